@@ -100,6 +100,10 @@ class Page:
         """Be the browser of somebody who has asked for less motion, for pages that are opened from here on."""
         self._page.emulate_media(reduced_motion="reduce")
 
+    def print(self) -> None:
+        """Be as on paper."""
+        self._page.emulate_media(media="print")
+
     def run(self, script: str):
         """Run `script`, the body of an async function; return its result. Raises playwright.Error with its error."""
         return self._page.evaluate(f"async () => {{ {script} }}")

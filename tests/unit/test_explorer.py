@@ -1,5 +1,6 @@
 """The explorer in a browser: the same numbers as the library, no requests, readable on a phone."""
 
+import re
 from typing import ClassVar
 
 import numpy as np
@@ -277,6 +278,43 @@ def test_a_slider_moves_every_answer_and_marks_what_was_not_simulated(page):
     assert said["charts"] == 7
 
 
+# Put a number into the field of a setting; what is told at its place, and what the field then has.
+PUT = """
+  const put = (name, text) => { const field = document.getElementById(`${name}-field`);
+    field.focus(); field.value = text; field.dispatchEvent(new Event("change"));
+    return [document.getElementById(`${name}-hint`).textContent, Number(field.value)]; };"""
+
+
+@needs_browser
+def test_a_number_that_is_changed_or_not_taken_is_told_at_its_place(page):
+    said = page.run(f"""{PUT}
+      const {{ powder_g }} = explorer.answer(explorer.state);
+      const few = put("powder", "1e-6"), none = put("powder", "-2"), taken = put("powder", "20");
+      const field = document.getElementById("target-specific_frequency_hz");
+      field.value = "-5"; field.dispatchEvent(new Event("change"));
+      return {{ few, none, taken, bpr: explorer.answer(explorer.state).balls_g / 20 - explorer.state.bpr,
+        time: put("time_h", "1e5"), most: explorer.mill.reach("time_h")[1], target: field.value,
+        open: document.getElementById("left-open").textContent }};""")
+    assert said["few"][0].startswith("1e-6 g cannot be set here: ") and said["few"][1] > 0.1
+    assert said["none"] == ["-2 is no number over 0", said["few"][1]] and said["taken"] == ["", 20]
+    assert said["bpr"] == pytest.approx(0, abs=1e-9)
+    assert said["time"][0].startswith("100000 h cannot be set here: ") and said["time"][1] <= said["most"]
+    assert said["target"] == "" and said["open"].startswith("-5 is no number over 0: ")
+
+
+@needs_browser
+def test_the_advice_takes_as_given_only_what_was_not_analysed(page):
+    said = page.run("""
+      const read = () => ["use-for", "avoid-for"].map((id) => document.getElementById(id).textContent);
+      explorer.state.fill_ratio = 0.12; explorer.render(); const analysed = read();
+      explorer.choose(1); return { analysed, other: read() };""")
+    use, avoid = said["analysed"]
+    assert "unknown friction and restitution: it has" in use
+    assert "whole error: shape of the jar is taken as given" in avoid
+    use, avoid = said["other"]
+    assert "unknown friction" not in use and "friction, restitution and shape of the jar are taken as given" in avoid
+
+
 @pytest.mark.slow
 @needs_browser
 def test_the_page_and_the_library_give_one_verdict_on_a_match(browser):
@@ -307,8 +345,11 @@ def test_the_page_and_the_library_give_one_verdict_on_a_match(browser):
                 interval = ours["interval"] or {"lower": np.nan, "upper": np.nan}
                 theirs = [best[column] for column in (name, *columns_of(name, "mean"))]
                 np.testing.assert_allclose([ours["value"], *interval.values()], theirs, rtol=2e-2)
-            # The page then shows the time for the same dose, as far as its slider goes.
-            assert said["time_h"] == pytest.approx(min(max(8 * best["time_ratio"], 0.5), 50), rel=2e-2)
+            # The page then shows the time for the same dose, also beyond its slider.
+            assert said["time_h"] == pytest.approx(8 * best["time_ratio"], rel=2e-2)
+            # Ratios have three digits, also small ones.
+            shown = re.findall(r"([\d.]+) times", said["searching"])
+            assert [len(text.replace(".", "").lstrip("0")) for text in shown] == [3] * len(target.asked)
             # The sentences and what else could be chosen are those of the command.
             lines = match_in_words(table, target, SearchConfig(), [other])
             assert said["choices"] == sum(line.startswith("or ") for line in lines)
@@ -325,13 +366,31 @@ def test_what_was_wanted_and_the_answer_of_a_search_are_in_view(browser, width, 
     with browser.page(width, height) as page:
         page.open(ROOT / "docs/fingerprints.html")
         said = page.run("""
-          await explorer.finder.findOn("planetary");
           const box = (id) => document.getElementById(id).getBoundingClientRect();
           const ends = (id) => [box(id).top, box(id).bottom];
+          const text = (id) => document.getElementById(id).textContent;
+          await explorer.finder.findOn("planetary");
           const bar = box("brief");
-          return { wanted: ends("wanted"), answer: ends("searching"), foot: bar.height ? bar.top : innerHeight };""")
-        for top, bottom in (said["wanted"], said["answer"]):
+          const found = { seen: [ends("wanted"), ends("searching")], foot: bar.height ? bar.top : innerHeight,
+            focus: document.activeElement.id };
+          // Other units, another of the found conditions, and other settings than any of them.
+          const unit = document.getElementById("unit-speed");
+          unit.value = "Hz"; unit.dispatchEvent(new Event("change"));
+          const hertz = { hidden: document.getElementById("answer").hidden, answer: text("searching") };
+          document.querySelectorAll("#found button")[1].click();
+          found.seen.push(ends("compared"));
+          const chosen = text("methods");
+          explorer.state.fill_ratio = 0.2; explorer.render();
+          return { ...found, hertz, chosen, compared: text("compared"), methods: text("methods") };""")
+        for top, bottom in said["seen"]:
             assert 0 <= top < bottom <= said["foot"]
+        assert said["focus"] == "answer" and not said["hertz"]["hidden"] and " Hz, balls of" in said["hertz"]["answer"]
+        wanted = "Retsch Emax, 125 mL jar, 900 rpm, balls of 10 mm, fill 0.100"
+        verdict = r"(met|not met|not known)"
+        assert re.search(rf"chosen to do what {wanted} does \({verdict} within 30 %\): E\*n", said["chosen"])
+        assert re.match(rf"Wanted: what {wanted} does\. (?i:{verdict}): E\*n", said["compared"])
+        assert re.search(rf"Compared with {wanted} \({verdict} within 30 %\): E\*n", said["methods"])
+        assert "were chosen" not in said["methods"]
 
 
 def test_text_of_the_run_cannot_end_the_script_or_become_markup(run):

@@ -39,6 +39,15 @@ def test_axe_finds_no_fault_with_everything_shown(page, width):
 
 
 @needs_browser
+def test_on_paper_nothing_lies_over_the_text(page):
+    page.resize(PHONE, 900)
+    shown = "return ['brief', 'search', 'results'].map((id) => document.getElementById(id).checkVisibility());"
+    assert page.run(shown) == [True, True, True]
+    page.print()
+    assert page.run(shown) == [False, False, True]
+
+
+@needs_browser
 def test_axe_finds_the_faults_of_a_page_that_has_some(page):
     page.run("""document.getElementById("mill").labels[0].remove();
       document.querySelector("#charts svg").removeAttribute("aria-label");

@@ -119,6 +119,14 @@ UNITS = {
 }  # fmt: skip
 
 
+SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+
+
+def number(text: str) -> float:
+    """A number of the page, also one in powers of ten."""
+    return float(text.replace("·10", "e").translate(SUPERSCRIPTS))
+
+
 @needs_browser
 def test_units_change_what_is_shown_and_not_the_state(pages):
     said = pages[DESKTOP].run(f"""
@@ -139,11 +147,12 @@ def test_units_change_what_is_shown_and_not_the_state(pages):
       set("speed_hz-field", "10"); const given = explorer.state.speed_hz;
       explorer.state.speed_hz = 15; set("unit-speed", "rpm");
       return {{ shown, speeds, same, set: given }};""")
-    first = {kind: float(said["shown"][unit].split()[0]) for unit, (kind, *_) in reversed(UNITS.items())}
+    shown = {unit: number(text.split()[0]) for unit, text in said["shown"].items()}
+    first = {kind: shown[unit] for unit, (kind, *_) in reversed(UNITS.items())}
     for unit, (kind, _, factor) in UNITS.items():
         start = next(own[2] for own in UNITS.values() if own[0] == kind)
         assert said["shown"][unit].endswith(unit)
-        assert float(said["shown"][unit].split()[0]) == pytest.approx(first[kind] * factor / start, rel=0.01)
+        assert shown[unit] == pytest.approx(first[kind] * factor / start, rel=0.01)
     assert said["speeds"]["Hz"] == ["15", "15 Hz"] and said["speeds"]["rpm"] == ["900", "900 rpm"]
     assert float(said["speeds"]["g"][0]) == pytest.approx(ACCELERATION["emax"] * 15**2, rel=1e-5)
     assert said["set"] == pytest.approx((10 / ACCELERATION["emax"]) ** 0.5, rel=1e-9) and said["same"]
@@ -182,8 +191,8 @@ def test_a_table_with_other_bins_is_refused_in_one_line(built, monkeypatch):
         spectra_content(Spectra(tables, "lifetimes"))
 
 
-# Text of a chart beyond it or over another, a value longer than its field, and what is beyond the page outside a part
-# that scrolls.
+# Text of a chart beyond it or over another, four digits or an exponent along an axis of numbers, a value longer than
+# its field, and what is beyond the page outside a part that scrolls.
 CUT = """
   const found = [], width = (e, text) => {
     const pen = document.createElement("canvas").getContext("2d");
@@ -198,6 +207,8 @@ CUT = """
       for (const [other, two] of labels.slice(i + 1))
         if (Math.min(one.right, two.right) - Math.max(one.left, two.left) > 1
           && Math.min(one.bottom, two.bottom) - Math.max(one.top, two.top) > 3) found.push(`${text} over ${other}`); }
+  for (const e of document.querySelectorAll('svg text[text-anchor="end"]:not(.axis)'))
+    if (/^\\d+(\\.\\d+)?(e|$)/.test(e.textContent) && /e|\\d{4}/.test(e.textContent)) found.push(e.textContent);
   for (const e of document.querySelectorAll('input[type="number"]'))
     if (e.clientWidth && width(e, e.value) + 10 > e.clientWidth) found.push(`${e.id} ${e.value}`);
   for (const e of document.querySelectorAll("p, dt, dd, h2, label, button, #spectra-table td"))

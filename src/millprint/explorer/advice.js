@@ -1,5 +1,8 @@
 /* What the numbers can be used for and what not, as far as it follows from the mill and the state. */
 
+// Origins of intervals that are analysed afterwards, if at all.
+const AFTERWARDS = { contact: ["friction", "restitution"], shape: ["shape of the jar"] };
+
 /** Two lists of sentences, {use, avoid}, for a condition and its answer. */
 function adviceFor(explorer, found) {
   const { mill, mills, fingerprint, state } = explorer;
@@ -24,12 +27,10 @@ function adviceFor(explorer, found) {
       ? "To find settings of another mill with nearly the same collisions, by the search below."
       : "To find other settings with nearly the same collisions, by the search below.",
   );
-  const missing = mill.further.filter((origin) => fingerprint.missing(origin, state.fill_ratio));
-  if (!mill.further.length || missing.length) {
-    avoid.push("The interval as the whole error: friction, restitution and the shape of the jar are taken as given here.");
-  } else {
-    use.push("To judge the effect of unknown friction and restitution: they have a separate interval.");
-  }
+  const isKnown = (origin) => mill.further.includes(origin) && !fingerprint.missing(origin, state.fill_ratio);
+  const [known, given] = [true, false].map((wanted) => Object.keys(AFTERWARDS).filter((origin) => isKnown(origin) === wanted).flatMap((origin) => AFTERWARDS[origin]));
+  if (known.length) use.push(`To judge the effect of unknown ${listed(known)}: it has a separate interval.`);
+  if (given.length) avoid.push(`The interval as the whole error: ${listed(given)} ${given.length > 1 ? "are" : "is"} taken as given.`);
   avoid.push("The load on single grains of powder: the simulation has balls without powder. Specific energy and hits are upper bounds.");
   const warmest = mill.content.heat && explorer.heat.shown();
   if (warmest && warmest.over_limit_share > 0) {

@@ -14,6 +14,17 @@ function ticks(low, high) {
   return found;
 }
 
+/** The upper end of an axis: a band may be cut where it reaches far beyond the values. */
+function topOf(lines) {
+  const values = lines.flatMap((line) => line.bands);
+  const largestOf = (end) => Math.max(...values.map((band) => band[end]).filter(Number.isFinite));
+  const largest = largestOf("value");
+  return Math.min(Math.max(largest, largestOf("upper")), 1.5 * largest);
+}
+
+/** The power of ten of an axis whose numbers would have zeros or more than three digits otherwise; 0 if none is needed. */
+const thousands = (top) => (top > 0 && (top < 0.1 || top >= 1e3) ? 3 * Math.floor(Math.log10(top) / 3) : 0);
+
 /**
  * chart: title, x (values), label, lines ({name, colour, bands, dashed, now}), known (from-to in x of what was simulated;
  * all of it if left out), at (x of the marked condition, if there is one), top (fixed upper end, optional), level ({value,
@@ -22,10 +33,7 @@ function ticks(low, high) {
 function drawChart(chart) {
   const { width, height, left, right, top, bottom } = CHART;
   const [low, high] = [chart.x[0], chart.x.at(-1)];
-  const values = chart.lines.flatMap((line) => line.bands);
-  const largest = Math.max(...values.map((band) => band.value));
-  const highest = Math.max(largest, ...values.map((band) => band.upper).filter(Number.isFinite));
-  const upper = chart.top ?? Math.min(highest, 1.5 * largest);
+  const upper = chart.top ?? topOf(chart.lines);
   const x = (value) => left + ((value - low) / (high - low)) * (width - left - right);
   const y = (value) => height - bottom - (value / upper) * (height - top - bottom);
   const id = `clip-${(charts += 1)}`;
@@ -42,7 +50,7 @@ function drawChart(chart) {
     );
   }
   for (const value of ticks(low, high)) {
-    svg.append(element("svg:text", { x: x(value), y: height - bottom + 16, "text-anchor": "middle" }, short(value)));
+    svg.append(element("svg:text", { x: x(value), y: height - bottom + 18, "text-anchor": "middle" }, short(value)));
   }
   svg.append(element("svg:text", { x: width - right, y: height - 4, "text-anchor": "end", class: "axis" }, chart.label));
   const inside = element("svg:g", { "clip-path": `url(#${id})` });

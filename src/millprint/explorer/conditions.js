@@ -32,5 +32,5 @@ function nearestTwo(conditions, state, contact) {
 /** A condition in words, with its speed in the chosen unit. */
 function conditionWords(condition, units) {
   const { unit, to } = units.of("speed");
-  return `${condition.words}, ${short(Number(to(condition.speed_hz).toPrecision(4)))} ${unit}`;
+  return `${condition.words}, ${setting(to(condition.speed_hz))} ${unit}`;
 }

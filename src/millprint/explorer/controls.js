@@ -35,58 +35,71 @@ class Controls {
     });
   }
 
-  /** The unit of a setting, how to get to it and back, and the ends and the step of its slider in this unit. */
+  /** The unit of a setting, how to get to it and back, the ends and the step of its slider, and what its field takes. */
   scaleOf(name) {
     const { explorer } = this;
     const { kind, unit, factor, step } = { ...SETTINGS, ...POWDER }[name];
     const scale = kind ? explorer.units.of(kind) : fixedUnit(unit, factor);
     const stride = kind ? SPEED_STEPS[scale.unit] : step;
     const [first, last] = explorer.mill.reach(name).map((value) => scale.to(value) / stride);
-    return { ...scale, step: stride, low: Math.ceil(first - 1e-9) * stride, high: Math.floor(last + 1e-9) * stride };
+    const ends = { low: Math.ceil(first - 1e-9) * stride, high: Math.floor(last + 1e-9) * stride };
+    const [least, most] = explorer.mill.limits(name);
+    return { ...scale, ...ends, step: stride, limits: least > 0 ? [ends.low, ends.high] : [least, most] };
   }
 
   buildSlider(place, name, { label }) {
-    const { explorer } = this;
     const slider = element("input", { type: "range", id: name });
     const field = element("input", { type: "number", step: "any", id: `${name}-field` });
     const unit = element("span", { class: "unit" });
     const known = element("span", { class: "simulated" });
     const hint = element("p", { class: "hint", id: `${name}-hint`, role: "status" });
     slider.setAttribute("aria-describedby", hint.id);
-    const set = (text) => {
-      const value = Number(text);
-      const { low, high, from, unit } = this.scaleOf(name);
-      const taken = clamp(value, [low, high]);
-      if (text === "" || !(value > 0)) this.changed = { name, text: `${text || "nothing"} is no number over 0` };
-      else {
-        explorer.state[name] = from(taken);
-        if (taken !== value) this.changed = { name, text: `${text} ${unit} cannot be set here: ${short(taken)} ${unit} is shown` };
-      }
-      explorer.render();
-      this.changed = null;
-    };
-    slider.addEventListener("input", () => set(slider.value));
-    field.addEventListener("change", () => set(field.value));
+    const set = (value) => this.set(name, value);
+    slider.addEventListener("input", () => this.take(name, slider.value, set));
+    field.addEventListener("change", () => this.take(name, field.value, set));
     const head = element("div", { class: "head" }, element("label", { for: name }, label), element("span", {}, field, " ", unit));
     const whole = element("div", { class: "slider" }, head, element("div", { class: "track" }, known, slider), hint);
     byId(place).append(whole);
     this.sliders[name] = { whole, slider, field, known, hint, unit };
   }
 
+  /** Set a number in the shown unit, within its limits; returns what was changed of it, in words. */
+  set(name, value) {
+    const { limits, from, unit } = this.scaleOf(name);
+    const taken = clamp(value, limits);
+    this.explorer.state[name] = from(taken);
+    return taken === value ? "" : `${short(value)} ${unit} cannot be set here: ${short(taken)} ${unit} is shown`;
+  }
+
+  /** Set a number that was put in; what was not taken of it, or changed, is told at its place. */
+  take(name, text, set) {
+    const value = Number(text);
+    this.tell(name, value > 0 ? set(value) : `${text || "nothing"} is no number over 0`);
+  }
+
+  /** Draw the page with a line at a setting on what became of a number. */
+  tell(name, text) {
+    this.changed = { name, text };
+    this.explorer.render();
+    this.changed = null;
+  }
+
   /** The mass of the powder, which sets the ball-to-powder ratio. */
   buildPowder() {
     const { explorer } = this;
-    const field = element("input", { type: "number", step: "any", min: 0, id: "powder-field" });
-    field.addEventListener("change", () => {
-      const mass = Number(field.value);
-      if (!(mass > 0)) return;
-      const { low, high } = this.scaleOf("bpr");
-      explorer.state.bpr = clamp(explorer.answer(explorer.state).balls_g / mass, [low, high]);
-      explorer.render();
-    });
+    const hint = element("p", { class: "hint warn", id: "powder-hint", role: "status" });
+    const field = element("input", { type: "number", step: "any", min: 0, id: "powder-field", "aria-describedby": hint.id });
+    const set = (mass) => {
+      const { balls_g } = explorer.answer(explorer.state);
+      const asked = balls_g / mass;
+      explorer.state.bpr = clamp(asked, this.scaleOf("bpr").limits);
+      const { bpr } = explorer.state;
+      return bpr === asked ? "" : `${short(mass)} g cannot be set here: ${digits(balls_g / bpr)} g is shown`;
+    };
+    field.addEventListener("change", () => this.take("powder", field.value, set));
     const label = element("label", { for: field.id }, "Powder");
-    byId("powder-sliders").append(element("div", { class: "head" }, label, element("span", {}, field, " g")));
-    this.powder = field;
+    byId("powder-sliders").append(element("div", { class: "head" }, label, element("span", {}, field, " g")), hint);
+    this.powder = { field, hint };
   }
 
   render(found) {
@@ -97,18 +110,21 @@ class Controls {
     this.renderMedia(found);
     const outside = new Set([...found.outside, ...(found.yield_percent?.outside ?? []).map((item) => item.name)]);
     for (const name of Object.keys(this.sliders)) this.renderSlider(name, outside.has(name));
-    if (document.activeElement !== this.powder) this.powder.value = digits(found.powder_g);
+    const { field, hint } = this.powder;
+    const isOwn = this.changed?.name === "powder";
+    hint.textContent = isOwn ? this.changed.text : "";
+    if (document.activeElement !== field || (isOwn && this.changed.text)) field.value = short(Number(found.powder_g.toPrecision(3)));
   }
 
   renderSlider(name, outside) {
     const { explorer } = this;
     const { whole, slider, field, known, hint, unit: named } = this.sliders[name];
-    const { unit, to, low, high, step } = this.scaleOf(name);
+    const { unit, to, low, high, step, limits } = this.scaleOf(name);
     const { label } = { ...SETTINGS, ...POWDER }[name];
     const shown = to(explorer.state[name]);
     for (const [key, value] of Object.entries({ min: short(low), max: short(high), step })) slider.setAttribute(key, value);
-    field.setAttribute("min", short(low));
-    field.setAttribute("max", short(high));
+    field.setAttribute("min", short(limits[0]));
+    field.setAttribute("max", short(limits[1]));
     field.setAttribute("aria-label", withUnit(label, unit));
     named.textContent = unit;
     slider.value = shown;

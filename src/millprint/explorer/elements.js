@@ -28,12 +28,13 @@ function fillOptions(choice, options) {
 function digits(value, count = 3) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
-  if (size >= 10 ** count) return size >= 1e7 ? inPowers(value, count) : String(Number(value.toPrecision(count)));
+  if (size >= 10 ** count) return size >= LARGE ? inPowers(value, count) : String(Number(value.toPrecision(count)));
   return size && size < SMALL ? inPowers(value, count) : value.toPrecision(count);
 }
 
-// Smaller numbers are written in powers of ten, which no row of zeros makes longer than their place.
+// Smaller and larger numbers are written in powers of ten, which no row of zeros makes longer than their place.
 const SMALL = 1e-3;
+const LARGE = 1e4;
 
 const SUPERSCRIPTS = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
@@ -56,8 +57,16 @@ function short(value) {
   return rounded && Math.abs(rounded) < SMALL ? rounded.toExponential() : String(rounded);
 }
 
-/** "low to high", or the one number if both are the same. */
-const fromTo = (low, high) => (short(low) === short(high) ? short(low) : `${short(low)} to ${short(high)}`);
+/** "low to high" of settings, or the one number if both are the same. */
+const fromTo = (low, high) => [...new Set([low, high].map(setting))].join(" to ");
+
+/** Bring a part of the page into view, and the keyboard with it. */
+function goTo(id) {
+  const part = byId(id);
+  part.tabIndex = -1;
+  part.focus({ preventScroll: true });
+  part.scrollIntoView({ block: "start" });
+}
 
 /** A quantity with its unit; "-" for one that has none. */
 function withUnit(label, unit) {

@@ -51,6 +51,7 @@ class Finder {
       time_h: state.time_h,
       bpr: state.bpr,
       words: `${mill.content.title}, ${explorer.conditionText(state)}`,
+      said: fewTurnsWords(explorer.fingerprint).map((text) => `There: ${text}`),
     });
     this.given = true;
   }
@@ -62,7 +63,7 @@ class Finder {
     explorer.change(() => explorer.useMill(explorer.mills.find((mill) => mill.name === name)));
     const rows = await this.show();
     if (rows.length) this.use(rows[0]);
-    byId("answer").scrollIntoView({ block: "start" });
+    goTo("answer");
   }
 
   read(name, text) {
@@ -71,9 +72,18 @@ class Finder {
     // A number of the user's is of no condition, which would have a power.
     this.target = new Target(value > 0 ? { ...others, [name]: value } : others);
     this.given = true;
+    byId("left-open").textContent = text === "" || value > 0 ? "" : `${text} is no number over 0: ${DESCRIPTORS[name].sign} is left open.`;
+    this.renderFields();
   }
 
-  /** The fields for another mill; the last search is not valid any more. */
+  /** The last search is not valid any more, of another mill. */
+  forget() {
+    this.answer = null;
+    this.matched = null;
+    byId("answer").hidden = true;
+  }
+
+  /** The fields and the answer of the last search, in the units that are chosen. */
   build() {
     const { mill, mills, content } = this.explorer;
     const { search } = mill.content;
@@ -84,10 +94,8 @@ class Finder {
     fillOptions(byId("first"), [["", "all alike"], ...content.descriptors.map((name) => [name, DESCRIPTORS[name].sign])]);
     byId("first").value = first;
     if (!this.given) this.target = new Target({ ...Object.values(search.targets)[0] });
-    byId("answer").hidden = true;
-    this.matched = null;
-    byId("searching").textContent = "";
     this.renderFields();
+    if (this.answer) this.renderAnswer();
   }
 
   renderFields() {
@@ -102,15 +110,16 @@ class Finder {
 
   /** Search, and show what was found; returns the rows, the best first. */
   async show() {
-    const [button, said, table] = ["find", "searching", "found"].map(byId);
-    const { mill, content } = this.explorer;
+    const [button, said] = ["find", "searching"].map(byId);
+    const { mill } = this.explorer;
     const { target } = this;
     const chosen = byId("first").value;
     const first = chosen in target.wanted ? chosen : null;
+    this.answer = null;
     byId("answer").hidden = false;
     byId("wanted").textContent = target.words ? `Wanted: what ${target.words} does.` : "";
     byId("choices").replaceChildren();
-    table.hidden = true;
+    byId("found").hidden = true;
     if (!target.asked.some((name) => mill.content.search.weights[name] > 0)) {
       said.textContent = "Give at least one descriptor.";
       return [];
@@ -120,18 +129,22 @@ class Finder {
     // The browser draws and answers between two kinds of balls.
     const breathe = () => new Promise((resolve) => setTimeout(resolve));
     const rows = await mill.search(target, { first, breathe });
-    if (!rows.length) {
-      said.textContent = "None of the possible fill ratios was simulated.";
-    } else {
-      const best = rows.findIndex(({ verdict }) => verdict === AGREES);
-      if (best > 0) rows.unshift(...rows.splice(best, 1));
-      said.textContent = this.verdict(rows[0], target);
-      const choices = rows[0].verdict === DIFFERS ? await this.choices(rows[0], target, breathe) : [];
-      if (mill !== this.explorer.mill) return [];
-      byId("choices").replaceChildren(...choices.map((text) => element("li", {}, text)));
-    }
+    const best = rows.findIndex(({ verdict }) => verdict === AGREES);
+    if (best > 0) rows.unshift(...rows.splice(best, 1));
+    const choices = rows[0]?.verdict === DIFFERS ? await this.choices(rows[0], target, breathe) : [];
     button.disabled = false;
     if (mill !== this.explorer.mill) return [];
+    this.answer = { rows, choices, target };
+    this.renderAnswer();
+    return rows;
+  }
+
+  /** What the last search has found. */
+  renderAnswer() {
+    const { rows, choices, target } = this.answer;
+    const table = byId("found");
+    byId("searching").textContent = rows.length ? this.verdict(rows[0], target) : "None of the possible fill ratios was simulated.";
+    byId("choices").replaceChildren(...choices.map(({ row, name }) => element("li", {}, this.choiceWords(row, name))));
     const [head] = table.tHead.rows;
     head.querySelectorAll(".target").forEach((cell) => cell.remove());
     const titles = this.shown(target).map((name) => element("th", { scope: "col", class: "target" }, DESCRIPTORS[name].sign));
@@ -142,7 +155,6 @@ class Finder {
     byId("found-speed").textContent = withUnit("speed", this.explorer.units.of("speed").unit);
     table.tBodies[0].replaceChildren(...rows.map((row) => this.row(row, target)));
     table.hidden = rows.length === 0;
-    return rows;
   }
 
   /** The descriptors that a target names, in their order. */
@@ -156,7 +168,7 @@ class Finder {
       .map((name) => {
         const { value, interval } = row.ratios[name];
         const met = row.verdicts[name] === AGREES ? " met," : "";
-        return `${DESCRIPTORS[name].sign}${met} ${value.toFixed(2)} times (${rangeText(interval)})`;
+        return `${DESCRIPTORS[name].sign}${met} ${digits(value)} times (${rangeText(interval)})`;
       })
       .join(", ");
   }
@@ -164,7 +176,7 @@ class Finder {
   /** A sentence on the nearest condition: the verdict, what was found over what was wanted, limits, and the time. */
   verdict(row, target) {
     const { mill } = this.explorer;
-    const { condition, ratios, verdict, time } = row;
+    const { condition, ratios, verdict } = row;
     const near = verdict === AGREES ? "" : `; the nearest, ${farthest(ratios)}`;
     const said = [`${VERDICTS[verdict]}${near}: ${this.explorer.conditionText(condition)}: ${this.ratioWords(row, this.shown(target))}.`];
     const { speeds_rpm: speeds, fill_ratios: fills } = mill.content.search;
@@ -177,14 +189,20 @@ class Finder {
     if (verdict === DIFFERS && ends.length) said.push(`It is at ${listed(ends)} that was searched.`);
     if (row.prediction.outside.length) said.push(`Not simulated: ${row.prediction.outside.map(nameOf).join(", ")}.`);
     if (target.outside.length) said.push(`The wanted condition itself was not simulated: ${target.outside.map(nameOf).join(", ")}.`);
-    if (time) {
-      const [here, ...range] = [time.value, ...(time.interval ? [time.interval.lower, time.interval.upper] : [])].map((ratio) => digits(target.time_h * ratio));
-      said.push(`${short(target.time_h)} h there is ${here} h here (${range.length ? range.join(" to ") : "not known"}) for the same energy per gram of powder.`);
-    }
-    return said.join(" ");
+    return [...said, ...this.timeWords(row, target), ...target.said].join(" ");
   }
 
-  /** What else to choose where not all can be met: one of the energies, with what it costs the others, or other balls. */
+  /** A sentence on the milling time for the dose of the wanted condition; none where none is wanted. */
+  timeWords({ time }, { time_h }) {
+    if (!time) return [];
+    const { unit, to } = timeUnit(time_h * time.value);
+    const [here, lower, upper] = [time.value, time.interval?.lower, time.interval?.upper].map((ratio) => digits(to(time_h * ratio)));
+    const range = time.interval ? `${lower} to ${upper}` : "not known";
+    return [`${timeText(time_h)} there is ${here} ${unit} here (${range}) for the same energy per gram of powder.`];
+  }
+
+  /** What else to choose where not all can be met: one of the energies, with what it costs the others, or other balls
+      (without a name). */
   async choices(best, target, breathe) {
     const { explorer } = this;
     const { mill } = explorer;
@@ -195,39 +213,65 @@ class Finder {
       const place = explorer.conditionText(row.condition);
       if (row.verdicts[name] !== AGREES || told.has(place)) continue;
       told.add(place);
-      const others = this.shown(target).filter((other) => other !== name);
-      found.push(`or ${this.ratioWords(row, [name, ...others])}: ${place}`);
+      found.push({ row, name });
     }
     const [low, high] = best.fingerprint.range("ball_diameter_m").map((size) => 1e3 * size);
     const sizes = explorer.content.sold_mm.filter((size) => size >= low / OTHER_SIZES && size <= OTHER_SIZES * high);
     const balls = sizes.filter((size) => size < low || size > high);
     const [row] = balls.length ? await mill.search(target, { balls, breathe }) : [];
-    if (row && row.distance < NEARER * best.distance) {
-      found.push(`or other balls, ${farthest(row.ratios)} by the scaling of the curves: ${explorer.conditionText(row.condition)}; simulate them first`);
-    }
+    if (row && row.distance < NEARER * best.distance) found.push({ row });
     return found;
+  }
+
+  choiceWords(row, name) {
+    const place = this.explorer.conditionText(row.condition);
+    if (!name) return `or other balls, ${farthest(row.ratios)} by the scaling of the curves: ${place}; simulate them first`;
+    const others = this.shown(this.answer.target).filter((other) => other !== name);
+    return `or ${this.ratioWords(row, [name, ...others])}: ${place}`;
   }
 
   /** Show a condition that was found, with the time for the same dose, and keep what it was matched to for the methods text. */
   use({ fingerprint, condition, ...row }) {
-    const { explorer, target } = this;
+    const { explorer } = this;
+    const { target } = this.answer;
     this.matched = { target, condition, row };
-    if (row.time) {
-      const [shortest, longest] = explorer.mill.reach("time_h");
-      const time = Number((target.time_h * row.time.value).toPrecision(3));
-      Object.assign(explorer.state, { time_h: clamp(time, [shortest, longest]), bpr: clamp(target.bpr, explorer.mill.reach("bpr")) });
-    }
+    const dose = row.time ? { bpr: target.bpr, time_h: Number((target.time_h * row.time.value).toPrecision(3)) } : {};
+    const changed = Object.entries(dose).map(([name, value]) => [name, explorer.controls.set(name, value)]);
     explorer.use(fingerprint, condition);
+    for (const [name, text] of changed) if (text) explorer.controls.tell(name, text);
   }
 
-  /** Sentences for the methods text, if a search has found the shown condition for one of another mill. */
-  matchedWords() {
+  /** What the shown condition is to that of another mill that a search was for; null without one. */
+  toWanted(found) {
     const { matched, explorer } = this;
-    if (!matched?.target.words || Object.keys(SETTINGS).some((name) => explorer.state[name] !== matched.condition[name])) return [];
-    const { row, target } = matched;
+    if (!matched?.target.words) return null;
+    const { state, mill } = explorer;
+    return matched.target.judge(state, found, mill.content.search.near_percent);
+  }
+
+  /** The wanted condition and how the shown one compares; empty without one. */
+  compared(found) {
+    const row = this.toWanted(found);
+    if (!row) return "";
+    const { target } = this.matched;
+    const said = `Wanted: what ${target.words} does. ${VERDICTS[row.verdict]}: ${this.ratioWords(row, this.shown(target))}.`;
+    return [said, ...this.timeWords(row, target), ...target.said].join(" ");
+  }
+
+  /** Sentences for the methods text, where a search was for a condition of another mill. */
+  matchedWords(found) {
+    const row = this.toWanted(found);
+    if (!row) return [];
+    const { target, condition } = this.matched;
+    const { near_percent: near } = this.explorer.mill.content.search;
+    const isFound = Object.keys(SETTINGS).every((name) => this.explorer.state[name] === condition[name]);
+    const head = isFound ? `These settings were chosen to do what ${target.words} does` : `Compared with ${target.words}`;
     return [
-      `These settings were chosen to do what ${target.words} does: ${this.ratioWords(row, this.shown(target))}, with the interval of the mean of very many simulations of both.`,
-      ...(row.time ? [`The same energy per gram of powder takes ${digits(row.time.value)} times as long, at the same ball-to-powder ratio.`] : []),
+      `${head} (${VERDICTS[row.verdict].toLowerCase()} within ${near} %): ${this.ratioWords(row, this.shown(target))}, with the interval of the mean of very many simulations of both.`,
+      ...(row.time
+        ? [`The same energy per gram of powder as in ${timeText(target.time_h)} there takes ${timeText(target.time_h * row.time.value)}, at the same ball-to-powder ratio.`]
+        : []),
+      ...target.said,
     ];
   }
 
@@ -235,7 +279,7 @@ class Finder {
     const { fingerprint, condition, prediction, ratios, verdicts, time } = found;
     const cellsOf = this.shown(target).map((name) => {
       const { value, interval } = ratios[name];
-      return element("td", verdicts[name] === AGREES ? { class: "met" } : {}, `${value.toFixed(2)} (${rangeText(interval)})`);
+      return element("td", verdicts[name] === AGREES ? { class: "met" } : {}, `${digits(value)} (${rangeText(interval)})`);
     });
     if (target.power_W_kg) cellsOf.push(element("td", {}, digits(time.value)));
     const { fingerprints } = this.explorer;
@@ -248,12 +292,12 @@ class Finder {
     const use = element("button", { type: "button", "aria-label": `use ${cells.map((cell) => cell.textContent).join(", ")}` }, "use");
     use.addEventListener("click", () => {
       this.use(found);
-      byId("results-title").scrollIntoView({ block: "start" });
+      goTo("results-title");
     });
     const beyond = prediction.outside.map(nameOf).join(", ");
-    return element("tr", {}, ...cells, ...cellsOf, element("td", {}, digits(prediction.wall_power_W.value)), ...(byId("found-outside").hidden ? [] : [element("td", {}, beyond || "–")]), element("td", {}, use));
+    return element("tr", {}, ...cells, ...cellsOf, element("td", {}, powerText(prediction.wall_power_W.value, this.explorer.units)), ...(byId("found-outside").hidden ? [] : [element("td", {}, beyond || "–")]), element("td", {}, use));
   }
 }
 
 /** "0.91 to 1.14", or that an interval is not known. */
-const rangeText = (interval) => (interval ? `${interval.lower.toFixed(2)} to ${interval.upper.toFixed(2)}` : "not known");
+const rangeText = (interval) => (interval ? `${digits(interval.lower)} to ${digits(interval.upper)}` : "not known");

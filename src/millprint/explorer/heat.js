@@ -105,12 +105,12 @@ class Heat {
     const pauses = programme.pause_min > 0 ? `pauses of ${short(programme.pause_min)} min every ${short(programme.cycle_min)} min` : "no pauses";
     const scaled =
       this.chosen === NEAREST
-        ? `; from the simulation of ${conditionWords(found.near, units)}, ${digits(found.near.total_W)} W, times ${digits(found.factor)}`
+        ? `; from the simulation of ${conditionWords(found.near, units)}, ${powerText(found.near.total_W, units)}, times ${digits(found.factor)}`
         : "";
     const pause = found.pause_needed_min.map((minutes) => (minutes === null ? null : minutes / 60));
     const [surely] = found.time_to_limit_h;
     byId("heat-said").textContent =
-      `${digits(found.total_W)} W, rolling included, with ${pauses}${scaled}. Shaded is the band of ${short(100 * probability)} %, due to unknown heat transfer and shares. ` +
+      `${powerText(found.total_W, units)}, rolling included, with ${pauses}${scaled}. Shaded is the band of ${short(100 * probability)} %, due to unknown heat transfer and shares. ` +
       `Until the ${body} reaches ${short(found.limit_degC)} °C without a pause: ${timeWords(found.time_to_limit_h, "at once", "never")}. ` +
       `Pause after every ${short(found.milling_min)} min of milling that keeps this limit: ${timeWords(pause, "no pause needed", "no pause is long enough")}.` +
       (surely > 0 ? ` Mill for ${durationWords(surely)} at most between two pauses to be sure.` : "");

@@ -32,7 +32,7 @@ function drawLogChart(chart) {
   for (const [value, text] of decades(ends)) {
     svg.append(
       element("svg:line", { x1: x(value), x2: x(value), y1: top, y2: height - bottom, class: "grid" }),
-      element("svg:text", { x: x(value), y: height - bottom + 16, "text-anchor": "middle" }, text),
+      element("svg:text", { x: x(value), y: height - bottom + 18, "text-anchor": "middle" }, text),
     );
   }
   svg.append(element("svg:text", { x: width - right, y: height - 4, "text-anchor": "end", class: "axis" }, chart.label));

@@ -44,10 +44,11 @@ function powerOfMass(prediction, { density_kg_m3, ball_diameter_m }) {
 class Target {
   /**
    * wanted: for each descriptor that is asked for, a band, or a number; power_W_kg: of the condition that it is to be
-   * like; outside: variables of it that were not simulated; words: that condition in words; time_h, bpr: of it.
+   * like; outside: variables of it that were not simulated; words: that condition in words; said: what stands with its
+   * numbers; time_h, bpr: of it.
    */
-  constructor(wanted, { power_W_kg = null, outside = [], words = "", time_h = null, bpr = null } = {}) {
-    Object.assign(this, { wanted, power_W_kg, outside, words, time_h, bpr });
+  constructor(wanted, { power_W_kg = null, outside = [], words = "", said = [], time_h = null, bpr = null } = {}) {
+    Object.assign(this, { wanted, power_W_kg, outside, words, said, time_h, bpr });
   }
 
   get asked() {

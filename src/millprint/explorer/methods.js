@@ -4,7 +4,7 @@ function methodsText(explorer, found) {
   const { mill, fingerprint, state, units, content } = explorer;
   const { about } = fingerprint;
   const { unit, to } = units.of("speed");
-  const rpm = unit === "rpm" ? "" : ` (${short(Number((60 * state.speed_hz).toPrecision(4)))} rpm)`;
+  const rpm = unit === "rpm" ? "" : ` (${setting(60 * state.speed_hz)} rpm)`;
   const gravity = units.acceleration > 0 && unit !== "g" ? `, with up to ${digits(units.acceleration * state.speed_hz ** 2)} g at a wall` : "";
   const balls = state.charge === ONE_SIZE || !about.charges?.[state.charge]
     ? `${found.balls} balls of ${short(Number((1e3 * state.ball_diameter_m).toPrecision(4)))} mm`
@@ -19,11 +19,11 @@ function methodsText(explorer, found) {
   const said = [
     `The milling was characterised by the discrete element method with millprint ${content.version}, with balls and without powder.`,
     `Mill: ${mill.content.title} (nominal volume ${short(1e6 * about.volume_m3)} mL)${mill.content.words ? `; ${mill.content.words}` : ""}.`,
-    `Settings: ${short(Number(to(state.speed_hz).toPrecision(4)))} ${unit}${rpm}${gravity}; ${balls} with a density of ${short(state.density_kg_m3)} kg/m³, ${digits(found.balls_g)} g in all, ` +
+    `Settings: ${setting(to(state.speed_hz))} ${unit}${rpm}${gravity}; ${balls} with a density of ${short(state.density_kg_m3)} kg/m³, ${digits(found.balls_g)} g in all, ` +
       `which fill ${short(Number((100 * state.fill_ratio).toPrecision(3)))} % of the jar's volume.`,
     `Contact set ${about.contact}, an assumption on balls and powder: ${coefficientWords(about)}${wallWords(about)}.`,
     `The numbers are predictions of a model that was fitted to ${fingerprint.conditions} simulated conditions (fill ratios from ${fromTo(...about.ranges.fill_ratio)}, ` +
-      `speeds of ${fromTo(...[low, high].map((speed) => Number(speed.toPrecision(4))))} ${unit}, balls of ${fromTo(...about.ranges.ball_diameter_m.map((size) => Number((1e3 * size).toPrecision(4))))} mm); in brackets is the band in which ${interval} % of new simulations are expected.`,
+      `speeds of ${fromTo(low, high)} ${unit}, balls of ${fromTo(...about.ranges.ball_diameter_m.map((size) => 1e3 * size))} mm); in brackets is the band in which ${interval} % of new simulations are expected.`,
     `The energy-weighted mean energy of a collision (sum of squares over sum) is ${band("weighted_normal_energy_J")} along the line of centres and ` +
       `${band("weighted_tangential_energy_J")} along the surface; the power of a ball over it is ${band("weighted_normal_frequency_hz")} and ${band("weighted_tangential_frequency_hz")}.`,
     `Contacts of a pair (two balls, or a ball and a ${about.collisions_by} of the wall) that follow each other within ${short(about.collision_gap_turns)} turns count as one collision.`,
@@ -32,8 +32,9 @@ function methodsText(explorer, found) {
     `The walls supply a power of ${band("wall_power_W")}, which all balls dissipate: ${band("normal_power_W")} by compression, ` +
       `${band("tangential_power_W")} by shear and ${band("rolling_power_W")} by rolling.`,
     ...mill.further.map((origin) => furtherWords(explorer, found, origin)),
-    `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${short(state.time_h)} h, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,
-    ...explorer.finder.matchedWords(),
+    `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${timeText(state.time_h)}, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,
+    ...explorer.finder.matchedWords(found),
+    ...fewTurnsWords(fingerprint),
     ...(found.outside.length ? [`Outside the simulated range: ${listed(found.outside.map(nameOf))}.`] : []),
     `(Fingerprint file with SHA-256 ${mill.content.fingerprints[explorer.contact].digest}….)`,
   ];
@@ -55,16 +56,17 @@ function wallWords(about) {
 }
 
 /** The interval of the power by an origin other than a new simulation. */
-function furtherWords({ mill, fingerprint, state }, found, origin) {
+function furtherWords({ mill, fingerprint, state, units }, found, origin) {
   const { title } = mill.content.origins[origin];
   const interval = found.wall_power_W.further[origin];
+  const ends = ({ lower, upper }) => `${powerText(lower, units)} and ${powerText(upper, units)}`;
   if (origin === "mean") {
     return Number.isNaN(interval.lower)
       ? "The mean power of very many simulations is not known."
-      : `The mean power of very many simulations is between ${digits(interval.lower)} and ${digits(interval.upper)} W.`;
+      : `The mean power of very many simulations is between ${ends(interval)}.`;
   }
   return interval
-    ? `By ${title} only, the power is between ${digits(interval.lower)} and ${digits(interval.upper)} W.`
+    ? `By ${title} only, the power is between ${ends(interval)}.`
     : `The interval by ${title} is not known (${fingerprint.missing(origin, state.fill_ratio)}).`;
 }
 

@@ -13,7 +13,7 @@ const POWDER = {
   molar_ratio: { label: "MgH₂ to borate", unit: "mol/mol", factor: 1, step: 0.1 },
   time_h: { label: "Milling time", unit: "h", factor: 1, step: 0.5 },
 };
-/* Without measured yields: range of the slider and first value. */
+/* Without measured yields: range of the slider and first value; a field takes any number over 0. */
 const WITHOUT_YIELD = { bpr: [1, 10, 100], time_h: [0.5, 5, 50] };
 const SECONDS_PER_HOUR = 3600;
 
@@ -49,6 +49,11 @@ class Mill {
     const [low, , high] = this.powder[name];
     const beyond = this.yieldModel ? 0.25 * (high - low) : 0;
     return [Math.max(low - beyond, POWDER[name].step), high + beyond];
+  }
+
+  /** What a setting may be: what its slider reaches; anything over 0 where nothing was trained on it. */
+  limits(name) {
+    return name in POWDER && !this.yieldModel ? [0, Infinity] : this.reach(name);
   }
 
   /** A condition in the middle of the simulated and trained ranges. */

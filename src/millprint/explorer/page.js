@@ -58,12 +58,14 @@ class Explorer {
   /** Another mill, with its controls. */
   useMill(mill) {
     this.setMill(mill);
+    this.finder.forget();
     this.build();
   }
 
-  /** The settings that the charts can be drawn over: those with a slider; there is nothing between two charges. */
+  /** The settings that the charts can be drawn over: those with a slider that change something; there is nothing between
+      two charges. */
   axes() {
-    const names = Object.keys(this.controls.sliders);
+    const names = Object.keys(this.controls.sliders).filter((name) => name in SETTINGS || this.mill.yieldModel);
     return this.state.charge === ONE_SIZE ? names : names.filter((name) => name !== "ball_diameter_m");
   }
 

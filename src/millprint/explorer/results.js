@@ -43,6 +43,9 @@ function powerText(value, units) {
 /** A band in a unit that is proportional to SI. */
 const inUnit = (band, scale) => times(band, scale.to(1));
 const between = ({ lower, upper }) => (Number.isNaN(lower + upper) ? "not known" : `${digits(lower)} to ${digits(upper)}`);
+/** What stands with numbers of a mill where conditions were recorded for few turns; nothing for none. */
+const fewTurnsWords = ({ about: { few_turns: few } }) =>
+  few ? [`Few turns: ${few} of the simulated conditions were recorded for fewer than eight independent turns, so that their scatter is hardly known.`] : [];
 /** The name of a setting within a sentence. */
 const nameOf = (name) => (SETTINGS[name]?.label ?? NAMES[name]).toLowerCase();
 
@@ -54,6 +57,7 @@ class Results {
   render(found) {
     byId("results").replaceChildren(...this.rows(found));
     byId("outside").textContent = this.warnings(found).join(" ");
+    byId("compared").textContent = this.explorer.finder.compared(found);
     byId("brief").textContent = this.brief(found);
   }
 
@@ -75,14 +79,13 @@ class Results {
       const below = [`${mill.content.origins.scatter.title}: ${between(band)}`, ...others];
       return item(about.label, `${digits(band.value)} ${scale.unit}`, below, warn);
     });
-    const dose = units.of("dose", found.dose_J_kg.value);
-    const parts = ["normal", "tangential", "rolling"].map((name) => `${name} ${digits(inUnit(found[`${name}_dose_J_kg`], dose).value)}`);
+    const parts = ["normal", "tangential", "rolling"].map((name) => `${name} ${units.text("dose", found[`${name}_dose_J_kg`].value)}`);
     rows.push(
       item("Specific energy of the powder", units.text("dose", found.dose_J_kg.value), [
         parts.join(", "),
-        `if all that is dissipated reached the powder, in ${short(state.time_h)} h`,
+        `if all that is dissipated reached the powder, in ${timeText(state.time_h)}`,
       ], warn),
-      item("Hits of the powder", `${digits(found.hits_per_g.value)} 1/g`, `in ${short(state.time_h)} h`, warn),
+      item("Hits of the powder", `${digits(found.hits_per_g.value)} 1/g`, `in ${timeText(state.time_h)}`, warn),
       item("Acceleration of the wall", this.acceleration(), "largest of any point", false),
     );
     const { value, lower, upper, outside = [] } = found.yield_percent ?? {};
@@ -116,8 +119,7 @@ class Results {
       const names = found.outside.map(nameOf).join(", ");
       said.push(`Not simulated: ${names}. The scaling laws extrapolate, with a wider interval.`);
     }
-    const { few_turns: few } = this.explorer.fingerprint.about;
-    if (few) said.push(`Few turns: ${few} of the simulated conditions were recorded for fewer than eight independent turns, so that their scatter is hardly known.`);
+    said.push(...fewTurnsWords(this.explorer.fingerprint));
     const outside = found.yield_percent?.outside ?? [];
     if (outside.length) {
       const names = outside.map((each) => `${NAMES[each.name]} ${digits(each.value)}, trained ${digits(each.low)} to ${digits(each.high)}`);
@@ -154,10 +156,13 @@ class Results {
     });
     const panels = Map.groupBy(Object.entries(RESULTS).filter(([, { panel }]) => panel), ([, { panel }]) => panel);
     const charts = [...panels].map(([panel, shown]) => {
-      const largest = Math.max(...shown.flatMap(([key]) => answers.map((answer) => answer[key].value)).filter(Number.isFinite));
-      const { unit: inside, to: into } = unitOf(shown[0][1], units, largest);
-      const lines = shown.map(([key, { line: named }]) => line(key, named, LINES[named] ?? INK, into(1)));
-      return { title: `${panel} [${inside}]`, lines, ...(inside === "%" ? { top: 100 } : {}) };
+      const drawn = (scale) => shown.map(([key, { line: named }]) => line(key, named, LINES[named] ?? INK, scale));
+      const top = topOf(drawn(1));
+      const { unit: inside, to: into } = unitOf(shown[0][1], units, top);
+      if (inside === "%") return { title: `${panel} [%]`, lines: drawn(into(1)), top: 100 };
+      const power = thousands(into(top));
+      const title = `${panel} [${power ? `${powerOfTen(power)} ` : ""}${inside}]`;
+      return { title, lines: drawn(into(10 ** -power)) };
     });
     if (found.yield_percent) charts.push({ title: "Yield [%]", lines: [line("yield_percent", "yield", INK, 1)], top: 100 });
     const known = mill.known(name, explorer.fingerprint, explorer.state.charge)?.map(to);

@@ -117,13 +117,13 @@ class Spectra {
   }
 
   renderTable(named) {
-    const { unit, to } = this.explorer.units.of("energy");
-    const head = ["energy, between", "collisions [1/s]", "power [W]", `mean [${unit}]`, `median [${unit}]`, `half of the power above [${unit}]`];
+    const { units } = this.explorer;
+    const head = ["energy, between", "collisions [1/s]", "power", "mean", "median", "half of the power above"];
     byId("spectra-table").tHead.replaceChildren(element("tr", {}, ...head.map((text) => element("th", { scope: "col" }, text))));
     const row = (read, name) => {
-      const energies = [read.mean_J, read.median_J, read.half_power_J].map((value) => to(value ?? NaN));
-      const cells = [read.collisions_hz, read.power_W, ...energies].map((value) => element("td", {}, digits(value ?? NaN)));
-      return element("tr", {}, element("th", { scope: "row" }, name), ...cells);
+      const energies = [read.mean_J, read.median_J, read.half_power_J].map((value) => units.text("energy", value ?? NaN));
+      const cells = [digits(read.collisions_hz ?? NaN), powerText(read.power_W ?? NaN, units), ...energies];
+      return element("tr", {}, element("th", { scope: "row" }, name), ...cells.map((text) => element("td", {}, text)));
     };
     const rows = named.flatMap(({ each, words }) => [
       element("tr", {}, element("th", { scope: "rowgroup", colspan: head.length }, words)),

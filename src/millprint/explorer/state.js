@@ -49,7 +49,7 @@ function takeState(explorer, given) {
       told.push(`${name} = ${given[name]} is not a number above 0`);
       continue;
     }
-    const [low, high] = mill.reach(name);
+    const [low, high] = mill.limits(name);
     explorer.state[name] = clamp(value, [low * (1 - 1e-9), high * (1 + 1e-9)]);
     if (explorer.state[name] !== value) told.push(`${name} = ${value} is beyond the slider's end, ${short(explorer.state[name])}`);
   }

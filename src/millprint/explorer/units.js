@@ -6,13 +6,14 @@
 const UNITS = {
   energy: { label: "energy of a collision", factors: { "µJ": 1e6, mJ: 1e3, J: 1 }, fits: ["µJ", "mJ", "J"] },
   frequency: { label: "collisions", factors: { "1/s": 1, "1/min": 60 } },
-  dose: { label: "specific energy", factors: { "J/g": 1e-3, "kJ/g": 1e-6, "kWh/t": 1 / 3.6e3 }, fits: ["J/g", "kJ/g"] },
+  dose: { label: "specific energy", factors: { "J/g": 1e-3, "kJ/g": 1e-6, "MJ/g": 1e-9, "kWh/t": 1 / 3.6e3 }, fits: ["J/g", "kJ/g", "MJ/g"] },
   speed: { label: "speed", factors: { rpm: 60, Hz: 1, g: null } },
 };
 // The choice of the unit that fits a number.
 const FITTING = "by size";
 // Units with prefixes of results that have no choice: a power.
 const PREFIXED = { W: { mW: 1e3, W: 1, kW: 1e-3 } };
+const TIMES = { s: 3600, min: 60, h: 1 };
 // Steps of the slider of the speed.
 const SPEED_STEPS = { rpm: 5, Hz: 0.05, g: 0.05 };
 
@@ -59,6 +60,17 @@ class Units {
 function fitting(factors, names, value) {
   if (value === undefined) return names[0];
   return [...names].reverse().find((name) => Math.abs(value) * factors[name] >= 0.9995) ?? names[0];
+}
+
+/** The unit of a time that fits hours, in the form of `Units.of`, from hours. */
+const timeUnit = (hours) => {
+  const unit = fitting(TIMES, Object.keys(TIMES), hours);
+  return fixedUnit(unit, TIMES[unit]);
+};
+/** A time that was set: 5 h, 34.6 min. */
+function timeText(hours) {
+  const { unit, to } = timeUnit(hours);
+  return `${short(Number(to(hours).toPrecision(3)))} ${unit}`;
 }
 
 /** A unit with a fixed factor, in the form of `Units.of`. */
