@@ -381,7 +381,17 @@ def test_what_was_wanted_and_the_answer_of_a_search_are_in_view(browser, width, 
           found.seen.push(ends("compared"));
           const chosen = text("methods");
           explorer.state.fill_ratio = 0.2; explorer.render();
-          return { ...found, hertz, chosen, compared: text("compared"), methods: text("methods") };""")
+          const moved = { compared: text("compared"), methods: text("methods") };
+          // By the form: what one mill does, on another that is chosen by hand.
+          document.getElementById("take").click();
+          explorer.change(() => explorer.useMill(explorer.mills.find((each) => each.name === "spex")));
+          document.getElementById("search").requestSubmit();
+          while (!explorer.finder.answer) await new Promise((done) => setTimeout(done, 50));
+          await new Promise((done) => setTimeout(done, 200));
+          found.seen.push(ends("wanted"), ends("searching"));
+          const [best] = explorer.finder.answer.rows;
+          return { ...found, ...moved, hertz, chosen, byForm: text("methods"),
+            same: explorer.state.speed_hz === best.condition.speed_hz };""")
         for top, bottom in said["seen"]:
             assert 0 <= top < bottom <= said["foot"]
         assert said["focus"] == "answer" and not said["hertz"]["hidden"] and " Hz, balls of" in said["hertz"]["answer"]
@@ -391,6 +401,7 @@ def test_what_was_wanted_and_the_answer_of_a_search_are_in_view(browser, width, 
         assert re.match(rf"Wanted: what {wanted} does\. (?i:{verdict}): E\*n", said["compared"])
         assert re.search(rf"Compared with {wanted} \({verdict} within 30 %\): E\*n", said["methods"])
         assert "were chosen" not in said["methods"]
+        assert said["same"] and "These settings were chosen to do what Planetary mill" in said["byForm"]
 
 
 def test_text_of_the_run_cannot_end_the_script_or_become_markup(run):

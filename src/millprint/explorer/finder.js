@@ -31,7 +31,7 @@ class Finder {
     byId("find-other").addEventListener("click", () => this.findOn(byId("other").value));
     byId("search").addEventListener("submit", (event) => {
       event.preventDefault();
-      this.show();
+      this.find();
     });
   }
 
@@ -56,11 +56,16 @@ class Finder {
     this.given = true;
   }
 
-  /** Search for the shown condition on another mill, and show that mill in the condition that was found. */
+  /** Search for the shown condition on another mill. */
   async findOn(name) {
     const { explorer } = this;
     this.take();
     explorer.change(() => explorer.useMill(explorer.mills.find((mill) => mill.name === name)));
+    await this.find();
+  }
+
+  /** Search, and show the best condition and, in view, what was found. */
+  async find() {
     const rows = await this.show();
     if (rows.length) this.use(rows[0]);
     goTo("answer");

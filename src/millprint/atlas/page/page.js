@@ -7,6 +7,7 @@ const FITS = {
   "W/g": { "µW/g": 1e6, "mW/g": 1e3, "W/g": 1 },
   "W/cm²": { "µW/cm²": 1e6, "mW/cm²": 1e3, "W/cm²": 1 },
   W: { "µW": 1e6, mW: 1e3, W: 1, kW: 1e-3 },
+  "1/s": { "1/h": 3600, "1/min": 60, "1/s": 1 },
 };
 
 /** A number with its unit and three digits, and the ends of its interval in the same unit. */
@@ -47,7 +48,7 @@ function answerOf(kind, condition) {
 const FIVE = {
   power: ["Power", "per gram of powder; time makes up for it", "W/g"],
   energy: ["A strong hit", "E*ₙ: energy of the hits that carry the power", "J"],
-  often: ["How many", "such hits per second and gram of powder; time makes up for it", "1/s"],
+  often: ["How many", "how often such hits come, per gram of powder; time makes up for it", "1/s"],
   share: ["Share of shear", "of what hits and shear dissipate", "%"],
   heat: ["Heat to carry away", "per cm² of the jar's inner wall", "W/cm²"],
 };
