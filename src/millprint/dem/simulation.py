@@ -202,8 +202,8 @@ class Simulation:
 
         title: of the progress bar, without which there is none; restart: a file that the state is written to from
         time to time, and that a run which was stopped goes on from; goes_on: says how a window that is over goes on.
-        It is made longer by its own length, or begins anew, while it ends within case.window_max_s of its first
-        beginning.
+        It is made longer by its own length while it ends within case.window_max_s of its first beginning, and begins
+        anew in the first half of that.
         """
         recorder, table = self._recorder(), self._table()
         recording = Recording(
@@ -240,7 +240,7 @@ class Simulation:
         end = self.begin_step + self.window_steps
         taken, longest_s = end - self.first_begin_step, self.case.window_max_s or 0.0
         told = goes_on(recording) if (taken + first_window) * self.step <= longest_s else "end"
-        if told == "anew":
+        if told == "anew" and 2 * taken * self.step <= longest_s * (1 + 1e-9):
             recording.clear()
             # The last sample of the old window and the first of the new one are two.
             self.begin_step, self.window_steps = end + self.sample_every, first_window
