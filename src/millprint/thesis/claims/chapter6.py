@@ -47,10 +47,9 @@ def _measure(evidence: Evidence, test: str, measure: str) -> pd.Series:
     row = evidence.row(path, "value", f"test == '{test}' and measure == '{measure}'")
     # Draws of trainings have the sizes of what did not run away only.
     runs_away = (evidence.table(path, f"test == '{test}' and measure == 'stable'")["value"] != 1).any()
-    told = (
-        f"over {row['length_s']:g} s of {TRAINED if test == TRAINED_TEST else UNSEEN}"
-        f"{', which runs away' if runs_away else ''}; two DEM seeds give {row['dem_reference']:.3g}"
-    )
+    ended = ", which runs away" if runs_away else ""
+    seeds = f"; two DEM seeds give {row['dem_reference']:.3g}" if np.isfinite(row["dem_reference"]) else ""
+    told = f"over {row['length_s']:g} s of {TRAINED if test == TRAINED_TEST else UNSEEN}{ended}{seeds}"
     if row["length_s"] < STATED_S and not runs_away:
         raise NotRun(
             f"{STATED_S:g} s are stated, and this roll-out ends after {row['length_s']:g} s; "
