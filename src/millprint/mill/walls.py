@@ -20,7 +20,7 @@ from millprint.mill.curved_surfaces import CURVE, curve_touch
 from millprint.mill.kernel_columns import Vector, number_columns
 from millprint.mill.motion import angular_velocity_of, rotation_of, velocity_of
 from millprint.mill.vectors import add, add_scaled, cross, dot, rotate, rotate_back, row, subtract
-from millprint.run.kernel import inlined, inner
+from millprint.run.kernel import inlined, inner, kernel
 
 
 class PlaneColumns(NamedTuple):
@@ -146,7 +146,7 @@ def past_arc(side, k, u, v, right):
     return nearest, (right == (sense > 0.0)) and reach < radius
 
 
-@inner()
+@kernel()
 def beyond_side(axes, first_side, side, bow, facet, point):
     """Distance of the foot of `point` on a facet's plane from its outline [m]; negative inside."""
     u, v = dot(row(axes[facet], 0), point), dot(row(axes[facet], 1), point)
