@@ -185,3 +185,9 @@ def test_what_rests_on_several_claims_is_only_as_sure_as_the_least_sure():
     yes, maybe, no = (Verdict(word, word) for word in (AGREES, OPEN, DIFFERS))
     assert judge_all([yes, yes]) == yes and judge_all([yes, maybe]) == maybe
     assert judge_all([maybe, no, yes]) == no and judge_all([]) == (OPEN, "not run")
+
+
+def test_a_value_without_a_limit_differs_without_a_factor():
+    """A ratio of powers is infinite where no ball is hit."""
+    told = Estimate(2.0, "").having({"scatter": Interval(1.0, 3.0)})
+    assert judge(told, Estimate(math.inf, "")) == (DIFFERS, "the intervals are apart")

@@ -108,8 +108,8 @@ def _of_value(estimate: Estimate, claim: Estimate, by: Sequence[str], widest: fl
 
 
 def _ratio(name: str, value: float, own: Interval, claimed: float, other: Interval) -> str:
-    """How far two values are apart, in words: by a factor, or beyond the interval where they are not positive."""
-    if min(own.lower, other.lower, value, claimed) <= 0:
+    """How far two values are apart, in words: by a factor, or beyond the interval where one is not in (0, inf)."""
+    if min(own.lower, other.lower, value, claimed) <= 0 or math.inf in (own.upper, other.upper, value, claimed):
         return "the intervals are apart"
     factor, low, high = value / claimed, own.lower / other.upper, own.upper / other.lower
     if factor > 1:
