@@ -110,7 +110,7 @@ class SweepConfig(Section):
     """instead of dem.window_s [s]"""
     power_error_max: Fraction | None = None
     """the window grows until half of the 95 % interval of the mean power, also of its normal and tangential part, is
-    below this; it begins anew where one of them is not steady [-]
+    below this; it begins anew while one of these powers still rises or falls [-]
     """
     window_max_s: Positive | None = None
     """longest window if power_error_max requires more than window_s [s]"""

@@ -21,7 +21,7 @@ NEGLIGIBLE = 0.01
 # Probability of taking a steady power for one that rises or falls [-].
 UNSTEADY = 0.05
 # A motion repeats if turns a period apart differ by less than ALIKE of the spread of independent collisions, in seven
-# pairs at least, which the eight turns of a window have.
+# pairs at least, which eight turns have.
 LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 7, 1 / 3
 # Normal dissipation of a ball in a turn over rho omega^2 A^2 d^3 of one hit by 1 % of the wall's speed.
 LEAST_HIT = 1e-3

@@ -457,8 +457,8 @@ MOTIONS: Mapping[str, Motion] = {
     ),
     "few_turns": Motion(
         "few turns",
-        f"fewer than {FEWEST_TURNS} independent turns were recorded, so that the scatter of a run is hardly known: "
-        "record a longer window, and discard more turns (discard_turns) where a power still rises in it",
+        f"fewer than {FEWEST_TURNS} independent turns were recorded, or a power drifts through all of them, so that "
+        "mean and scatter of a run are hardly known: record a longer window, and discard more turns (discard_turns)",
     ),
     "repeats": Motion(
         "repeats",
