@@ -146,6 +146,15 @@ def summary(
     }
 
 
+def still(fill, *condition) -> dict:
+    """The summary of a run without impacts, whose hits have died away."""
+    own = summary(fill, *condition)
+    turns = own["per_revolution"]["normal_J"]
+    own["per_revolution"]["normal_J"] = [turns[0] * 1e-9**place for place in range(1, len(turns) + 1)]
+    own["power_W"]["normal"] *= 1e-9
+    return own
+
+
 def summaries(contacts=("calibrated",), fills=FILLS, diameters=(10.0, 5.0), speeds=(600.0, 1200.0), **changes):
     """A sweep of the synthetic mill."""
     return [

@@ -26,7 +26,7 @@ from millprint.fingerprint.descriptors import (
 )
 from millprint.fingerprint.model import Fingerprint
 from tests.refusals import truths
-from tests.unit.synthetic_mill import VOLUME, summary
+from tests.unit.synthetic_mill import VOLUME, still, summary
 
 
 def correlated(rng: np.random.Generator, turns: int, memory: float) -> np.ndarray:
@@ -258,18 +258,9 @@ def test_a_layer_that_goes_round_with_the_wall_is_no_milling():
     assert has_impacts([hit], scale) and not has_impacts([0.9 * hit], scale)
 
 
-def still(fill, **changes) -> dict:
-    """The summary of a run without impacts, whose hits have died away."""
-    own = summary(fill, **changes)
-    turns = own["per_revolution"]["normal_J"]
-    own["per_revolution"]["normal_J"] = [turns[0] * 1e-9**place for place in range(1, len(turns) + 1)]
-    own["power_W"]["normal"] *= 1e-9
-    return own
-
-
 @pytest.mark.slow
 def test_conditions_without_impacts_are_said_and_no_curve_is_made_of_them():
-    layer = [still(0.04, speed_rpm=speed) for speed in (600.0, 900.0)]
+    layer = [still(0.04, 10.0, speed) for speed in (600.0, 900.0)]
     rest = [summary(fill, speed_rpm=speed) for fill in (0.08, 0.14, 0.20, 0.30) for speed in (600.0, 900.0)]
     table = tabulate_descriptors(layer + rest, "gap_0_03")
     assert table.loc[said_of(table, "no_impacts"), "fill_ratio"].tolist() == [0.04, 0.04]
@@ -291,13 +282,28 @@ def test_balls_that_move_with_the_wall_are_said():
     assert "stuck" in table["motion"].iloc[0].split(", ")
 
 
-def test_with_too_few_conditions_with_impacts_all_of_them_are_fitted():
-    runs = [still(fill) for fill in (0.04, 0.06)] + [summary(fill) for fill in (0.10, 0.20)]
+@pytest.mark.parametrize("hits", [(0.20,), (0.11, 0.15, 0.20)])
+def test_nothing_is_known_between_a_condition_without_impacts_and_one_with(hits, tmp_path):
+    runs = [still(fill) for fill in (0.04, 0.06)] + [summary(fill) for fill in hits]
+    fitted = Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)
+    fitted.write(tmp_path / "own.json")
+    own = Fingerprint.read(tmp_path / "own.json")
+    assert own.fill_range == (hits[0], 0.20)
+    asked = pd.DataFrame({"fill_ratio": [0.04, 0.05, 0.06, 0.07, *hits]}).assign(speed_hz=10.0, ball_diameter_mm=10.0)
+    found = own.predict(asked)
+    for name in ("wall_power_W", "normal_power_W", "weighted_normal_energy_J", "specific_frequency_hz"):
+        assert found[f"{name}_upper"].isna().tolist() == [True] * 4 + [False] * len(hits)
+    one = own.predict(own.condition(speed_hz=10.0, ball_diameter_m=0.01, fill_ratio=0.07))
+    assert np.isnan(one.tangential_share.upper) and np.isnan(one.normal_power_W.ends("mean")).all()
+    assert fitted.predict(asked).equals(found)
+
+
+def test_where_nothing_hits_at_all_only_powers_have_curves():
+    runs = [still(fill) for fill in (0.04, 0.06, 0.10)]
     own = Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)
-    assert own.fill_range == (0.04, 0.20)
-    # What jumps by nine orders of magnitude is not known between.
-    between = own.predict(own.condition(speed_hz=10.0, ball_diameter_m=0.01, fill_ratio=0.07))
-    assert np.isnan(between.normal_power_W.upper)
+    assert set(own.processes) == {"P", "Pw"} and "nothing hits" in own.about["no_curve"]["En_star"]
+    found = own.predict(own.condition(speed_hz=10.0, ball_diameter_m=0.01, fill_ratio=0.06))
+    assert np.isfinite(found.wall_power_W.upper) and np.isnan(found.normal_energy_J.value)
 
 
 def test_an_interval_of_several_orders_of_magnitude_is_not_known():

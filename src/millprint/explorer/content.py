@@ -23,7 +23,7 @@ from millprint.fingerprint import processes
 from millprint.fingerprint.bands import FURTHER, ORIGINS, checked_factors
 from millprint.fingerprint.condition_search import GRID, SOLD_MM, simulated_request
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, NOTHING
-from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.model import LAYERS, Fingerprint
 from millprint.fingerprint.predicted_values import KNOWN, OF_COLLISIONS
 from millprint.fingerprint.readers import read_content
 from millprint.mill.gravity import GRAVITY
@@ -230,7 +230,7 @@ def mill_content(
     contents = [read_content(path) for path in fingerprints]
     # Only the data of the processes and the factors are needed, without format and file name.
     kept = [
-        {key: content[key] for key in ("about", "inputs")}
+        {key: content[key] for key in ("about", "inputs", LAYERS) if key in content}
         | {"processes": _processes(content, path)}
         | {"digest": hashlib.sha256(Path(path).read_bytes()).hexdigest()[:DIGEST]}
         | _further(content, str(path))

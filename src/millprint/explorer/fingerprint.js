@@ -163,6 +163,26 @@ function scaleOf({ scale }, { density_kg_m3, speed_hz, amplitude_m, ball_diamete
   return density_kg_m3 ** rho * speed_hz ** omega * amplitude_m ** A * ball_diameter_m ** d;
 }
 
+/** The neighbours of a value among others, below and above; at an end, that end twice. */
+function around(values, asked) {
+  const below = values.filter((value) => value <= asked + SAME);
+  const above = values.filter((value) => value >= asked - SAME);
+  return [below.length ? Math.max(...below) : Math.min(...values), above.length ? Math.min(...above) : Math.max(...values)];
+}
+
+/** Whether a condition without impacts is among those simulated around a point: as in millprint.fingerprint.layers. */
+function isNearLayer(point, inputs, layers) {
+  const isBetween = (value, [low, high]) => low - SAME <= value && value <= high + SAME;
+  let near = [...inputs.map((row) => ({ row })), ...layers.map((row) => ({ row, isLayer: true }))];
+  const boxes = Array.from(point, (value, k) => around(near.map(({ row }) => row[k]), value));
+  near = near.filter(({ row }) => row.every((value, k) => k === 0 || isBetween(value, boxes[k])));
+  return near.some(({ row, isLayer }) => {
+    if (!isLayer) return false;
+    const ofSetting = near.filter((other) => other.row.every((value, k) => k === 0 || Math.abs(value - row[k]) < SAME));
+    return around(ofSetting.map((other) => other.row[0]), point[0]).some((fill) => Math.abs(fill - row[0]) < SAME);
+  });
+}
+
 class Fingerprint {
   /**
    * content: a fingerprint's JSON; variables: their names in order; width: of its interval, in deviations; origins: of
@@ -178,6 +198,11 @@ class Fingerprint {
     );
     this.conditions = conditions.length;
     const inputs = conditions.map((condition) => this.point(condition));
+    const { no_impacts: still = {} } = content;
+    const layers = (still.fill_ratio ?? []).map((_, i) =>
+      this.point(Object.fromEntries(Object.entries(still).map(([name, column]) => [name, column[i]]))),
+    );
+    this.isUnknown = (point) => layers.length > 0 && isNearLayer(point, inputs, layers);
     this.processes = Object.fromEntries(
       Object.entries(content.processes).map(([name, process]) => [name, new LogProcess(process, inputs)]),
     );
@@ -251,8 +276,12 @@ class Fingerprint {
   /** Scaled quantities with the band of a new simulation; the mean's band is the first of the further intervals. */
   scaled(condition) {
     const point = this.point(condition);
+    const least = this.isUnknown(point) ? Math.log(WIDEST) : 0;
     const logs = Object.fromEntries(
-      Object.entries(this.processes).map(([name, process]) => [name, process.predict(point)]),
+      Object.entries(this.processes).map(([name, process]) => {
+        const { log, ofMean, ofNew } = process.predict(point);
+        return [name, { log, ofMean: Math.max(ofMean, least), ofNew: Math.max(ofNew, least) }];
+      }),
     );
     const values = this.read((name) => logs[name].log);
     const found = Object.fromEntries(

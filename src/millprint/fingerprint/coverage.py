@@ -9,7 +9,6 @@ from millprint.estimate.estimates import Estimate, Interval, columns_of
 from millprint.estimate.judge import judge
 from millprint.fingerprint.descriptors import CONDITION, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.processes import LEFT_OUT, grouped, logarithms
 
 
@@ -90,10 +89,8 @@ def predict_held_out(fingerprint: Fingerprint, descriptors: pd.DataFrame) -> pd.
     The row has its condition and seed, the simulated and the predicted value, and the verdict on
     the second by the first.
     """
-    inputs = logarithms(descriptors, fingerprint.kinds)
-    told = {name: predictor.predict(inputs) for name, predictor in fingerprint.predictors.items()}
-    bands, tables = banded(told, fingerprint.width), []
-    for name in told:
+    bands, tables = fingerprint.told(logarithms(descriptors, fingerprint.kinds)), []
+    for name in fingerprint.processes:
         own = descriptors[[*CONDITION, "seed"]].assign(quantity=name, value=descriptors[name], predicted=bands[name])
         own["lower"], own["upper"] = (bands[column] for column in columns_of(name, "scatter"))
         each = own[["value", "predicted", "lower", "upper"]].itertuples(index=False)

@@ -9,7 +9,6 @@ import pandas as pd
 
 from millprint.config.charge import ONE_SIZE
 from millprint.config.counting import CountingRule, recorded_count
-from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.sweep import as_tabulated
 from millprint.dem.collisions import ROUNDING
 from millprint.dem.turns import (
@@ -78,11 +77,11 @@ def said_of(table: pd.DataFrame, name: str) -> pd.Series:
 
 
 def with_impacts(table: pd.DataFrame) -> pd.DataFrame:
-    """The conditions in which balls hit anything, whose curves the others would bend; all of them where too few fill
-    ratios for a curve would be left.
+    """The conditions in which balls hit anything, whose curves the others would bend; all of them where the mill as
+    built has none.
     """
     kept = table[~said_of(table, "no_impacts")]
-    return kept if as_built(kept)["fill_ratio"].nunique() >= FEWEST_FILLS else table
+    return kept if len(as_built(kept)) else table
 
 
 def run_row(summary: dict, rule_name: str) -> dict:

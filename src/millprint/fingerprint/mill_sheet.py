@@ -13,7 +13,6 @@ from millprint.config.mill import MillConfig
 from millprint.estimate.estimates import ENDS, columns_of
 from millprint.fingerprint.bands import FURTHER, ORIGINS
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS, as_built, said_of, with_impacts
-from millprint.fingerprint.predicted_values import banded
 from millprint.fingerprint.readers import TABLE, WALL
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import DESCRIPTORS, POWER, PREDICTED
@@ -229,8 +228,7 @@ def _half_widths(fingerprint: "Fingerprint", inputs: np.ndarray) -> dict[str, np
     inputs: conditions (m, 5 or 6). Bands that are not known are wider than all others; NaN where one of the three is
     not known.
     """
-    told = {name: predictor.predict(inputs) for name, predictor in fingerprint.predictors.items()}
-    table, found = banded(told, fingerprint.width), {}
+    table, found = fingerprint.told(inputs), {}
     for name in STATED:
         lower, upper = (table[column] for column in columns_of(name, "scatter"))
         widths = np.sort(np.sqrt(upper / lower).fillna(np.inf)) - 1

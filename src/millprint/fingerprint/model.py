@@ -14,7 +14,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.sweep import ball_count
-from millprint.estimate.estimates import ENDS, Estimate, Interval, columns_of, share_of
+from millprint.estimate.estimates import ENDS, WIDEST, Estimate, Interval, columns_of, share_of
 from millprint.fingerprint.bands import FURTHER, Factors, checked_factors, read_factors
 from millprint.fingerprint.descriptors import (
     CHARGE,
@@ -25,6 +25,7 @@ from millprint.fingerprint.descriptors import (
     said_of,
     with_impacts,
 )
+from millprint.fingerprint.layers import are_near_layers
 from millprint.fingerprint.predicted_values import (
     COLUMNS,
     OF_COLLISIONS,
@@ -55,6 +56,8 @@ from millprint.run.files import write_json
 SHARED = ("restitution", "static_friction", "collision_gap_turns", "density_kg_m3", "amplitude_m")
 NO_CHARGES: Mapping[str, BallMixture] = {}
 SETTING = ["ball_diameter_m", "speed_hz"]
+# Where a fingerprint's file has the conditions without impacts, and the quantities that are known without impacts.
+LAYERS, WHOLE = "no_impacts", ("P", "Pw")
 
 
 def describe(
@@ -97,15 +100,21 @@ class Fingerprint:
     """Scaled powers, frequency and energies of one mill and contact set over everything that was varied.
 
     about: as from `describe`; processes: a Process for each of CURVES; further: the factors of each origin of intervals
-    that was analysed in addition to the scatter of the simulation.
+    that was analysed in addition to the scatter of the simulation; layers: inputs (m, 5 or 6) of the conditions without
+    impacts, which the processes leave out, and around which nothing is known.
     """
 
     def __init__(
-        self, about: dict, processes: dict[str, Process], further: Mapping[str, Factors] | None = None
+        self,
+        about: dict,
+        processes: dict[str, Process],
+        further: Mapping[str, Factors] | None = None,
+        layers: np.ndarray | None = None,
     ) -> None:
         self.about = about
         self.processes = processes
         self.further = dict(further or {})
+        self.layers = self.inputs[:0] if layers is None else layers
         self.width = band_width(about["probability"], len(next(iter(processes.values())).logs))
 
     @classmethod
@@ -119,19 +128,26 @@ class Fingerprint:
         """The fingerprint of the conditions of one mill and contact set, all counted by one rule, that have impacts.
 
         charges: every charge of several sizes among the conditions, by its name.
-        A quantity that is not over 0 in every condition has no logarithm, so no curve; `about` says so, by its name in
-        `no_curve`. Raises ConfigError for fewer than three fill ratios of the mill as built, or without any power.
+        A quantity that is not over 0 in every condition has no logarithm, so no curve, and where nothing hits in any
+        condition only powers have one; `about` says so, by the quantity's name in `no_curve`. Raises ConfigError for
+        fewer than three fill ratios of the mill as built, or without any power.
         """
-        descriptors, contact = with_impacts(descriptors), descriptors["contact"].iloc[0]
-        fills = as_built(descriptors)["fill_ratio"].nunique()
+        contact, fills = descriptors["contact"].iloc[0], as_built(descriptors)["fill_ratio"].nunique()
         if fills < FEWEST_FILLS:
             raise ConfigError(
                 f"sweeps: contact set {contact} is simulated at {fills} fill ratios; a curve needs {FEWEST_FILLS}"
             )
+        still = descriptors[said_of(descriptors, "no_impacts")]
+        descriptors = with_impacts(descriptors)
+        nothing_hits = said_of(descriptors, "no_impacts").any()
         about = describe(descriptors, volume_m3, probability, charges)
-        inputs, components = logarithms(descriptors, about.get("kinds", ())), varied_components(descriptors)
+        kinds = about.get("kinds", ())
+        inputs, components = logarithms(descriptors, kinds), varied_components(descriptors)
         processes, without = {}, {}
         for quantity in CURVES:
+            if nothing_hits and quantity not in WHOLE:
+                without[quantity] = "of hits, and nothing hits in any condition"
+                continue
             known = descriptors[quantity].to_numpy(dtype=float)
             has_none = ~(np.isfinite(known) & (known > 0))
             if has_none.any():
@@ -147,11 +163,12 @@ class Fingerprint:
             raise ConfigError(f"descriptors: the power is {without['P']} with {contact}: nothing is dissipated there")
         few = int(said_of(descriptors, "few_turns").sum())
         told = {"no_curve": without, "few_turns": few}
-        return cls({**about, **{name: own for name, own in told.items() if own}}, processes)
+        layers = np.empty((0, inputs.shape[1])) if nothing_hits else logarithms(still, kinds)
+        return cls({**about, **{name: own for name, own in told.items() if own}}, processes, layers=layers)
 
     def with_further(self, further: Mapping[str, Factors]) -> "Fingerprint":
         """The same fingerprint with the factors of further origins of intervals, checked by `checked_factors`."""
-        return Fingerprint(self.about, self.processes, {**self.further, **further})
+        return Fingerprint(self.about, self.processes, {**self.further, **further}, self.layers)
 
     def with_factors(self, files: Mapping[str, str]) -> "Fingerprint":
         """The same fingerprint with the factors in `files` (origin -> path), scaled onto its own values."""
@@ -168,16 +185,20 @@ class Fingerprint:
 
     def write(self, path: str | Path) -> None:
         """Write the fingerprint as JSON: description, data, parameters of its processes, and further factors."""
-        values = np.exp(self.inputs[:, : len(VARIABLES)])
-        charges = {CHARGE: [self.kinds[int(place)] for place in self.inputs[:, -1]]} if self.kinds else {}
         content = {
             "format": FORMAT,
             "about": self.about,
-            "inputs": dict(zip(VARIABLES, values.T.tolist(), strict=True)) | charges,
+            "inputs": self._stored(self.inputs),
+            **({LAYERS: self._stored(self.layers)} if len(self.layers) else {}),
             "processes": {name: process.to_dict() for name, process in self.processes.items()},
             **{origin: factors.model_dump(mode="json") for origin, factors in self.further.items()},
         }
         write_json(content, path)
+
+    def _stored(self, inputs: np.ndarray) -> dict[str, list]:
+        values = np.exp(inputs[:, : len(VARIABLES)])
+        charges = {CHARGE: [self.kinds[int(place)] for place in inputs[:, -1]]} if self.kinds else {}
+        return dict(zip(VARIABLES, values.T.tolist(), strict=True)) | charges
 
     @classmethod
     def read(cls, path: str | Path) -> "Fingerprint":
@@ -187,8 +208,10 @@ class Fingerprint:
             check_model(content, StoredFingerprint, str(path))
             about = content["about"]
             kinds = about.get("kinds", ())
-            known = pd.DataFrame({name: content["inputs"][name] for name in (*VARIABLES, *([CHARGE] if kinds else []))})
-            inputs = logarithms(known, kinds)
+            columns = [*VARIABLES, *([CHARGE] if kinds else [])]
+            inputs, layers = (
+                logarithms(pd.DataFrame(content.get(name, {}), columns=columns), kinds) for name in ("inputs", LAYERS)
+            )
             stored, without = content["processes"], dict(about.get("no_curve", {}))
             # An observable that came after the fingerprint.
             later = {name: LATER for name in LATER_CURVES if name not in stored and name not in without}
@@ -200,7 +223,7 @@ class Fingerprint:
                 for origin in FURTHER
                 if origin in content
             }
-            return cls(about, processes, further)
+            return cls(about, processes, further, layers)
         except ConfigError as error:
             first = str(error).splitlines()[0]
             raise ConfigError(first.replace(": ", ": not a whole fingerprint: ", 1)) from None
@@ -299,9 +322,20 @@ class Fingerprint:
 
     def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
         """Every scaled quantity Q of the conditions with its two bands, as `banded`."""
-        inputs = self._inputs(condition, charge)
+        return self.told(self._inputs(condition, charge))
+
+    def told(self, inputs: np.ndarray) -> pd.DataFrame:
+        """`scaled` at inputs (m, 5 or 6) of the processes."""
         told = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
-        return banded(told, self.width)
+        return banded(self._unknown_at_layers(inputs, told), self.width)
+
+    def _unknown_at_layers(self, inputs: np.ndarray, told: Mapping[str, Told]) -> dict[str, Told]:
+        """Predictions at inputs (m, 5 or 6), without bands around conditions without impacts."""
+        least = np.where(are_near_layers(inputs, self.inputs, self.layers), np.log(WIDEST), 0.0)
+        return {
+            name: Told(own.logs, np.maximum(own.of_mean, least), np.maximum(own.of_new, least))
+            for name, own in told.items()
+        }
 
     def check_known(self, descriptors: Iterable[str]) -> None:
         """Raise ConfigError, in one line, for a descriptor without a curve."""
@@ -335,9 +369,10 @@ class Fingerprint:
                     f"fill_ratio = {fill:g}: the curves of {self.about['contact']} hold from {low:g} to {high:g}"
                 )
         inputs = self.at_settings(fill_ratios)
+        curves = {name: predictor.curve(inputs) for name, predictor in self.predictors.items()}
         told = {}
-        for name, predictor in self.predictors.items():
-            each = Told(*(part.reshape(fill_ratios.size, -1) for part in predictor.curve(inputs)))
+        for name, own in self._unknown_at_layers(inputs, curves).items():
+            each = Told(*(part.reshape(fill_ratios.size, -1) for part in own))
             between = each.logs.var(axis=1)
             mean, new = (np.sqrt((part**2).mean(axis=1) + between) for part in (each.of_mean, each.of_new))
             told[name] = Told(each.logs.mean(axis=1), mean, new)

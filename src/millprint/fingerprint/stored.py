@@ -46,6 +46,7 @@ class StoredFingerprint(_Part):
 
     about: About
     inputs: dict[str, list[Positive | str]]
+    no_impacts: dict[str, list[Positive | str]] = {}
     processes: dict[str, StoredProcess]
 
     @model_validator(mode="after")
@@ -59,6 +60,8 @@ class StoredFingerprint(_Part):
                 raise ValueError(f"processes.{name}.log_parameters: are not those of its components")
         if len({len(own) for own in self.about.settings.values()}) != 1:
             raise ValueError("about.settings: must have as many of each variable")
+        if self.no_impacts and {*self.no_impacts} != {*self.inputs}:
+            raise ValueError("no_impacts: must have the variables of inputs")
         if missing := [name for name in VARIABLES if name not in self.inputs or name not in self.about.ranges]:
             raise ValueError(f"inputs.{missing[0]}: this key is missing, or its range")
         return self
