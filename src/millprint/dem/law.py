@@ -356,9 +356,7 @@ class SpeedTables(NamedTuple):
 
 def at_reference(contact: ContactConfig) -> ContactConfig:
     """The set that rows of the laws are made of: with the restitution REFERENCE if a coefficient is over speed."""
-    if not contact.speed_tables:
-        return contact
-    if contact.restitution is None:
+    if not contact.speed_tables or contact.restitution is None:
         return contact
     return contact.model_copy(update={"restitution": REFERENCE, "wall_restitution": None})
 
@@ -367,7 +365,7 @@ def speed_tables(contact: ContactConfig) -> SpeedTables | None:
     """The tables of a contact set; None if no coefficient depends on the speed of the hit."""
     if not contact.speed_tables:
         return None
-    sets = [contact, *(getattr(contact, name) for name in ("at_wall", "without_friction"))]
+    sets = [contact, contact.at_wall, contact.without_friction]
     speeds = sorted({speed for each in sets for table in each.speed_tables.values() for speed in table.speeds_m_s})
     values = np.empty((1 + len(SURFACE), len(speeds), width_of(CHOSEN)))
     for k, each in enumerate(sets):

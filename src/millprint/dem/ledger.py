@@ -1,20 +1,19 @@
 """The energy ledger: work of walls and gravity against stored and dissipated energy, and why a balance is open."""
 
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
-from millprint.config.sweep import Case, DemConfig
-from millprint.dem import state
 from millprint.dem.collisions import by_surface
 from millprint.dem.laws.registry import law_of
 from millprint.dem.layout import LAW
 from millprint.dem.recording import SAMPLE_NAMES
-from millprint.mill.bodies import Body
-from millprint.mill.walls import SURFACE, Walls
+from millprint.mill.walls import SURFACE
+
+if TYPE_CHECKING:
+    from millprint.dem.simulation import Simulation
 
 
 def ledger_series(samples: np.ndarray) -> pd.DataFrame:
@@ -119,19 +118,6 @@ LASTING, ALIKE = 10, 3
 AIM, JAM_STEP = 0.7, 0.5
 
 
-class Run(Protocol):
-    """The attributes used of a simulation."""
-
-    case: Case
-    dem: DemConfig
-    contact: ContactConfig
-    bodies: list[Body]
-    balls: state.Balls
-    laws: state.Laws
-    walls: Walls
-    step: float
-
-
 class Hits(NamedTuple):
     """Contacts (c,) as elastic impacts.
 
@@ -145,7 +131,7 @@ class Hits(NamedTuple):
     excess: np.ndarray
 
 
-def check_balance(run: Run, series: pd.DataFrame, table: pd.DataFrame) -> float:
+def check_balance(run: "Simulation", series: pd.DataFrame, table: pd.DataFrame) -> float:
     """The closure of the ledger `series`; raises OpenBalanceError, with the cause, where it exceeds the case's bound.
 
     table: rows as `collision_table` gives them.
@@ -170,7 +156,7 @@ def check_balance(run: Run, series: pd.DataFrame, table: pd.DataFrame) -> float:
     raise OpenBalanceError(found, largest, f"{explained}{cause}", factor)
 
 
-def _jam_or_jump(run: Run, series: pd.DataFrame, contacts: pd.DataFrame, hits: Hits) -> tuple[str, float]:
+def _jam_or_jump(run: "Simulation", series: pd.DataFrame, contacts: pd.DataFrame, hits: Hits) -> tuple[str, float]:
     """A cause that is not in the hits, and the factor on the step that may help, as of OpenBalanceError.
 
     Where the imbalance grows most, the contact whose overlap holds the most energy that its approach did not bring is
@@ -200,14 +186,14 @@ def _jam_or_jump(run: Run, series: pd.DataFrame, contacts: pd.DataFrame, hits: H
     ), 0.0
 
 
-def _key(run: Run, factor: float) -> str:
+def _key(run: "Simulation", factor: float) -> str:
     """The key of the case's step, with the value that it needs."""
     if run.case.rayleigh_fraction and not run.case.time_step_s:
         return f"rayleigh_fraction {factor * run.case.rayleigh_fraction:.2g}"
     return f"time_step_s {factor * run.step:.2g}"
 
 
-def _as_impacts(run: Run, contacts: pd.DataFrame) -> Hits:
+def _as_impacts(run: "Simulation", contacts: pd.DataFrame) -> Hits:
     """Contacts as `by_surface` gives them as elastic impacts of the law."""
     law, species = law_of(run.contact), run.balls.species
     second, own = contacts["second"].to_numpy(), species[contacts["first"]]
@@ -241,7 +227,7 @@ def _pressed_with(first: int, contacts: pd.DataFrame, hits: Hits) -> list[int]:
     return others.index.to_list() if others["peak_force_N"].sum() > own["peak_force_N"] / ALIKE else []
 
 
-def _partners(run: Run, contact: pd.Series) -> str:
+def _partners(run: "Simulation", contact: pd.Series) -> str:
     """Both partners of a contact in words."""
     second = int(contact["second"])
     if second >= 0:

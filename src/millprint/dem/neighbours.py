@@ -8,14 +8,14 @@ near ones when it closes.
 As in neighbours.needs_rebuild, no ball is taken to become faster, relative to a body, than twice the fastest one
 between two checks of the lists.
 
-A packing begins so (packing.by_cell), and loses it as the balls mix: then the state of a contact's partners is far from
-the processor. So the rows of the state are sorted again from time to time. A ball keeps its number, by which records,
-messages and results name it; `numbers` holds that of each row. Sums of forces then have another order, so that a run
-differs by rounding from one without; a smaller charge stays as it is.
+A packing begins so (packing.cell_order), and loses it as the balls mix: then the state of a contact's partners is far
+from the processor. So the rows of the state are sorted again from time to time. A ball keeps its number, by which
+records, messages and results name it; `numbers` holds that of each row. Sums of forces then have another order, so
+that a run differs by rounding from one without; a smaller charge stays as it is.
 """
 
 import math
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -37,6 +37,9 @@ from millprint.mill.walls import (
     to_body,
 )
 from millprint.run.kernel import inlined, inner, kernel, merged
+
+if TYPE_CHECKING:
+    from millprint.dem.simulation import Simulation
 
 # How far two balls may come nearer to each other between two searches, over the skin. With less, searches are frequent;
 # with more, more candidates are near.
@@ -415,18 +418,7 @@ SORTED_FROM = 5_000
 SORT_EVERY = 50
 
 
-class Sortable(Protocol):
-    """What is used of a simulation; numbers: (n,) of the ball in each row."""
-
-    balls: state.Balls
-    candidates: state.Candidates
-    contacts: state.Contacts
-    clock: state.Clock
-    counters: np.ndarray
-    numbers: np.ndarray
-
-
-def list_again(simulation: Sortable) -> None:
+def list_again(simulation: "Simulation") -> None:
     """Set the open contacts aside and let the lists be made again before the next step, with contacts as they then are.
 
     Only between two calls of the step loop.
@@ -435,13 +427,13 @@ def list_again(simulation: Sortable) -> None:
     _forget_lists(simulation)
 
 
-def _forget_lists(simulation: Sortable) -> None:
+def _forget_lists(simulation: "Simulation") -> None:
     # Far from all balls.
     simulation.candidates.anchor[:] = np.inf
     simulation.counters[COUNTER.check_in] = 0
 
 
-def sort_if_due(simulation: Sortable) -> None:
+def sort_if_due(simulation: "Simulation") -> None:
     """Sort the rows of a large charge by the cells of a grid; only before a call of the step loop."""
     counters, balls = simulation.counters, simulation.balls
     waited = counters[COUNTER.rebuilds] - counters[COUNTER.sorted_at]
@@ -456,7 +448,7 @@ def sort_if_due(simulation: Sortable) -> None:
     counters[COUNTER.sorted_at] = counters[COUNTER.rebuilds]
 
 
-def restore_rows(simulation: Sortable) -> None:
+def restore_rows(simulation: "Simulation") -> None:
     """Put each ball back into the row of its number, where a run has ended or failed; contacts keep their lanes."""
     numbers, contacts, concerned = simulation.numbers.copy(), simulation.contacts, [COUNTER.ball, COUNTER.partner]
     if (numbers[:-1] < numbers[1:]).all():
@@ -479,7 +471,7 @@ def named_pairs(numbers: np.ndarray, first: np.ndarray, second: np.ndarray) -> t
     return np.where(turned, second, first), np.where(turned, first, second)
 
 
-def _take_rows(simulation: Sortable, order: np.ndarray) -> None:
+def _take_rows(simulation: "Simulation", order: np.ndarray) -> None:
     """Order the state of the balls, and let the lists be made again."""
     balls, clock = simulation.balls, simulation.clock
     of_sizes = [each.reshape(len(order), 3) for each in (clock.gain, clock.turn) if len(each) > 1]

@@ -1,15 +1,12 @@
 """Why a run stopped at an overlap: what the ball met, where by the exact distance, how fast, and what to change."""
 
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from millprint.config.contact_set import CONTACT_LAWS, ContactConfig
-from millprint.config.sweep import DemConfig
-from millprint.dem import state
+from millprint.config.contact_set import CONTACT_LAWS
 from millprint.dem.laws.registry import law_of
 from millprint.dem.layout import COUNTER, HISTORY, LANE, LANES, LAW
-from millprint.mill.bodies import Body
 from millprint.mill.borders import borders_of
 from millprint.mill.creases import nearest_on_circle
 from millprint.mill.distance import signed_distance
@@ -18,29 +15,14 @@ from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.vessel import Vessel
 from millprint.mill.walls import SURFACE
 
+if TYPE_CHECKING:
+    from millprint.dem.simulation import Simulation
+
 # A feature is where the nearest point of the wall lies within this fraction of the body's size.
 ON_FEATURE = 1e-6
 # A step over this share of an elastic impact's duration does not resolve it: at the largest step that is usually
 # allowed, 0.2 of the Rayleigh time, it is 0.04.
 UNRESOLVED = 0.1
-
-
-class Stopped(Protocol):
-    """The attributes used of a simulation that has stopped at an overlap."""
-
-    bodies: list[Body]
-    balls: state.Balls
-    contacts: state.Contacts
-    laws: state.Laws
-    counters: np.ndarray
-    contact: ContactConfig
-    dem: DemConfig
-    clock: state.Clock
-    settle_steps: int
-
-    @property
-    def time_s(self) -> float:
-        """The present time [s]."""
 
 
 class Meeting(NamedTuple):
@@ -59,7 +41,7 @@ class Meeting(NamedTuple):
     others: int
 
 
-def overlap_in_words(stopped: Stopped) -> str:
+def overlap_in_words(stopped: "Simulation") -> str:
     """The message of a run that stopped at an overlap; it advises what to change only where that is the cause."""
     ball, partner = int(stopped.counters[COUNTER.ball]), int(stopped.counters[COUNTER.partner])
     meeting = _meeting(stopped, ball, partner)
@@ -75,11 +57,11 @@ def overlap_in_words(stopped: Stopped) -> str:
     )
 
 
-def _percent(overlap: float, bound: float, stopped: Stopped) -> str:
+def _percent(overlap: float, bound: float, stopped: "Simulation") -> str:
     return f"{100 * stopped.dem.overlap_max * overlap / bound:.3g} %"
 
 
-def _meeting(stopped: Stopped, ball: int, partner: int) -> Meeting:
+def _meeting(stopped: "Simulation", ball: int, partner: int) -> Meeting:
     """The contact of a ball and its partner with the largest overlap; one that has just closed is still there."""
     first, second, is_open, histories = _contacts(stopped)
     own = np.flatnonzero((first == ball) & (second == partner))
@@ -103,7 +85,7 @@ def _meeting(stopped: Stopped, ball: int, partner: int) -> Meeting:
     )
 
 
-def _contacts(stopped: Stopped) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _contacts(stopped: "Simulation") -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Both partners of every contact (c,), whether it is open, and its history (c, width): HistoryColumns.
 
     Where the lists were about to be made again, the contacts have been set aside.
@@ -117,7 +99,7 @@ def _contacts(stopped: Stopped) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.
     return *partners, contacts.slot[:used] >= 0, lanes[:, span_of(LANE.history)]
 
 
-def _pair(stopped: Stopped, ball: int, partner: int) -> tuple[str, str, float]:
+def _pair(stopped: "Simulation", ball: int, partner: int) -> tuple[str, str, float]:
     """The other ball, the distance of both in words, and 0: the contact of two balls is certain."""
     balls = stopped.balls
     apart = float(np.linalg.norm(balls.position[ball] - balls.position[partner]))
@@ -125,7 +107,7 @@ def _pair(stopped: Stopped, ball: int, partner: int) -> tuple[str, str, float]:
     return f"ball {partner}", f"their centres are {1e3 * apart:.4g} mm apart, and touch at {1e3 * reach:.4g} mm", 0.0
 
 
-def _wall(stopped: Stopped, ball: int) -> tuple[str, str, float]:
+def _wall(stopped: "Simulation", ball: int) -> tuple[str, str, float]:
     """The body whose surface is nearest, the place in words, and how far the ball is from touching it [m].
 
     Distances are the exact ones of `mill.distance`, less than zero for a ball in the wall.
@@ -172,7 +154,7 @@ def feature_at(vessel: Vessel, point: np.ndarray) -> str:
     return "a facet"
 
 
-def _cause(stopped: Stopped, meeting: Meeting, clear_m: float) -> str:
+def _cause(stopped: "Simulation", meeting: Meeting, clear_m: float) -> str:
     """What caused the overlap, and what to change."""
     causes = []
     law, reached, duration = law_of(stopped.contact), 0.0, np.inf

@@ -5,7 +5,7 @@ the planes are perpendicular to the vessel's thinnest direction, in its middle, 
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -114,29 +114,18 @@ def laid_lattice(vessel: Vessel, diameter: float, spacing: float, angle: float, 
     return (spacing * sites @ turn.T + (low + high) / 2) @ frame
 
 
-# Sites (n, 3) [m] that balls of a diameter [m] have a place at, of a packing of a spacing [m] that a generator draws.
-Sites = Callable[[Vessel, float, float, np.random.Generator, Sequence[Vessel]], np.ndarray]
-
-
-def _kept(points: np.ndarray, vessel: Vessel, diameter: float, inserts: Sequence[Vessel]) -> np.ndarray:
-    """The points (n, 3) [m] at which a ball has room."""
+def _sites(
+    is_laid: bool, vessel: Vessel, diameter: float, spacing: float, rng: np.random.Generator, inserts: Sequence[Vessel]
+) -> np.ndarray:
+    """The sites (n, 3) [m] of a packing, level or laid, at which a ball has room; spacing: of the sites [m]."""
+    angle = rng.uniform(0, math.pi / 3)
+    if is_laid:
+        points = laid_lattice(vessel, diameter, spacing, angle, rng.uniform(0, 1, 2))
+    else:
+        points = lattice(vessel, spacing, angle, rng.uniform(0, 1, 3))
     low, high = vessel.bounds + np.array([[diameter / 2], [-diameter / 2]])
     points = points[((points >= low) & (points <= high)).all(axis=1)]
     return points[inside(vessel, points, diameter / 2 * (1 + GAP), inserts)]
-
-
-def _sites(
-    vessel: Vessel, diameter: float, spacing: float, rng: np.random.Generator, inserts: Sequence[Vessel]
-) -> np.ndarray:
-    points = lattice(vessel, spacing, rng.uniform(0, math.pi / 3), rng.uniform(0, 1, 3))
-    return _kept(points, vessel, diameter, inserts)
-
-
-def _laid_sites(
-    vessel: Vessel, diameter: float, spacing: float, rng: np.random.Generator, inserts: Sequence[Vessel]
-) -> np.ndarray:
-    points = laid_lattice(vessel, diameter, spacing, rng.uniform(0, math.pi / 3), rng.uniform(0, 1, 2))
-    return _kept(points, vessel, diameter, inserts)
 
 
 def capacity(
@@ -147,10 +136,10 @@ def capacity(
     enough: the search stops at the first packing that holds this number.
     """
     most = 0
-    for sites_of in (_sites, _laid_sites):
+    for is_laid in (False, True):
         rng = np.random.default_rng(0)
         for _ in range(trials):
-            most = max(most, len(sites_of(vessel, diameter_m, diameter_m * (1 + GAP), rng, inserts)))
+            most = max(most, len(_sites(is_laid, vessel, diameter_m, diameter_m * (1 + GAP), rng, inserts)))
             if enough is not None and most >= enough:
                 return most
     return most
@@ -200,29 +189,24 @@ def room_in_words(
     )
 
 
-def by_cell(points: np.ndarray, pitch: float) -> np.ndarray:
-    """Points (n, 3) [m] in the order of the cells of a grid, `pitch` [m] wide, that they lie in.
+def cell_order(points: np.ndarray, pitch: float) -> np.ndarray:
+    """The order (n,) of points (n, 3) [m] by the cells of a grid, `pitch` [m] wide, that they lie in.
 
     Balls whose numbers are near each other's then are near in space too, and in memory: that saves much of the
     time of a large charge, which is sorted again as it mixes (dem.neighbours).
     """
-    return points[cell_order(points, pitch)]
-
-
-def cell_order(points: np.ndarray, pitch: float) -> np.ndarray:
-    """The order (n,) of `by_cell`."""
     cell = np.floor((points - points.min(axis=0)) / pitch).astype(int)
     return np.lexsort((cell[:, 2], cell[:, 1], cell[:, 0]))
 
 
-def _tries(seed: int) -> Iterator[tuple[Sites, np.random.Generator]]:
-    """The packings that are tried for a start, one after another: level ones first, then those laid.
+def _tries(seed: int) -> Iterator[tuple[bool, np.random.Generator]]:
+    """The packings that are tried for a start, one after another, whether laid and its draws: level ones first.
 
     After some packings of this seed come all packings that decide the capacity: charges within the capacity must fit.
     """
-    for sites_of in (_sites, _laid_sites):
+    for is_laid in (False, True):
         own, judged = np.random.default_rng(seed), np.random.default_rng(0)
-        yield from [(sites_of, own)] * (TRIALS // 2) + [(sites_of, judged)] * TRIALS
+        yield from [(is_laid, own)] * (TRIALS // 2) + [(is_laid, judged)] * TRIALS
 
 
 def pack_mixture(
@@ -245,10 +229,9 @@ def pack_mixture(
                 order = cell_order(points, float(np.max(diameters_m)))
                 return points[order], species[order]
     sizes = ", ".join(f"{count} of {diameter * 1e3:g} mm" for count, diameter in zip(counts, diameters_m, strict=True))
-    largest, widest = float(np.max(diameters_m)), widest_ball(vessel, inserts)
-    reason = "the packing method cannot place them; lower the fill ratio"
-    if largest > widest:
-        reason = f"nowhere is room for a ball of {1e3 * largest:g} mm; at most {math.floor(1e5 * widest) / 100:g} mm"
+    reason, largest = "the packing method cannot place them; lower the fill ratio", float(np.max(diameters_m))
+    if largest > widest_ball(vessel, inserts):
+        reason = f"nowhere is room for a ball of {1e3 * largest:g} mm; at most {widest_in_mm(vessel, inserts)}"
     raise SimulationError(f"{sum(counts)} balls ({sizes}) do not fit in the vessel: {reason}")
 
 
@@ -260,8 +243,8 @@ def _place_sizes(
     points, radii, species = np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64)
     for size in np.argsort(diameters_m)[::-1]:
         diameter, count = float(diameters_m[size]), counts[size]
-        for sites_of in (_sites, _laid_sites):
-            sites = sites_of(vessel, diameter, diameter * (1 + GAP), draw, inserts)
+        for is_laid in (False, True):
+            sites = _sites(is_laid, vessel, diameter, diameter * (1 + GAP), draw, inserts)
             # Balls of one size have one distance to keep.
             for radius in np.unique(radii):
                 reach = (radius + diameter / 2) * (1 + GAP)
@@ -299,16 +282,16 @@ def pack(
     The packing is as loose as holds that many sites, each ball then moves at random within its share of the gap.
     Raises SimulationError if they do not fit, with the reason.
     """
-    for trial, (sites_of, rng) in enumerate(_tries(seed)):
+    for trial, (is_laid, rng) in enumerate(_tries(seed)):
         spacing = diameter_m * (1 + GAP)
-        sites = sites_of(vessel, diameter_m, spacing, rng, inserts)
+        sites = _sites(is_laid, vessel, diameter_m, spacing, rng, inserts)
         if len(sites) < count:
             continue
         state = rng.bit_generator.state
         best = sites
         for wider in np.linspace(1.05, 2.0, 20):
             rng.bit_generator.state = state
-            looser = sites_of(vessel, diameter_m, diameter_m * wider, rng, inserts)
+            looser = _sites(is_laid, vessel, diameter_m, diameter_m * wider, rng, inserts)
             if len(looser) < count:
                 break
             best, spacing = looser, diameter_m * wider
@@ -316,12 +299,13 @@ def pack(
         chosen = best[draw.permutation(len(best))[:count]]
         room = (spacing - diameter_m) / 2 * 0.99
         move = draw.uniform(-1, 1, chosen.shape) * room / math.sqrt(3)
-        if sites_of is _laid_sites:
+        if is_laid:
             normal = thin_direction(vessel)
             share = move @ normal / (room / math.sqrt(3))
             move += np.outer(share * _free_way(vessel, normal, diameter_m) - move @ normal, normal)
         moved = chosen + move
         fits = inside(vessel, moved, diameter_m / 2, inserts)
-        return by_cell(np.where(fits[:, None], moved, chosen), spacing)
+        placed = np.where(fits[:, None], moved, chosen)
+        return placed[cell_order(placed, spacing)]
     reason = room_in_words(vessel, diameter_m, volume_m3, inserts)
     raise SimulationError(f"{count} balls of {diameter_m * 1e3:g} mm do not fit in the vessel: {reason}")

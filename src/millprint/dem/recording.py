@@ -9,14 +9,11 @@ import logging
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import h5py
 import numpy as np
 
-from millprint.config.contact_set import ContactConfig
-from millprint.config.mill import MillConfig
-from millprint.config.sweep import Case, DemConfig
 from millprint.dem import state
 from millprint.dem.contact_events import book_works, listed, write_collision
 from millprint.dem.law import get_of, put_of
@@ -35,7 +32,6 @@ from millprint.dem.layout import (
     TOTAL_WIDTH,
 )
 from millprint.dem.neighbours import named_pairs
-from millprint.mill.bodies import Body
 from millprint.mill.kernel_columns import names_of, width_of
 from millprint.mill.motion import POSE
 from millprint.mill.vectors import dot, row, subtract
@@ -43,6 +39,9 @@ from millprint.mill.walls import direction_to_body, to_body, wall_velocity
 from millprint.run.files import checksum_header, read_checksummed
 from millprint.run.hdf5 import whole_hdf5
 from millprint.run.kernel import inlined, inner, kernel, kernel_digest
+
+if TYPE_CHECKING:
+    from millprint.dem.simulation import Simulation
 
 SAMPLE_NAMES = names_of(SAMPLE)
 
@@ -386,41 +385,24 @@ ARRAYS = ("totals", "counters", "numbers")
 PIECES = ("samples", "snapshots", "poses", "snapshot_works", "snapshot_contacts")
 
 
-class Restartable(Protocol):
-    """What a restart file needs of a simulation: its settings, its state, and its clocks [s]."""
-
-    case: Case
-    mill: MillConfig
-    contact: ContactConfig
-    dem: DemConfig
-    bodies: list[Body]
-    step: float
-    begin_step: int
-    balls: state.Balls
-    candidates: state.Candidates
-    contacts: state.Contacts
-    clock: state.Clock
-    totals: np.ndarray
-    counters: np.ndarray
-    numbers: np.ndarray
-    wall_clock_s: float
-    processor_s: float
+def settings_of(simulation: "Simulation") -> dict[str, dict]:
+    """Case, mill, contact set and settings of a simulation as plain values."""
+    return {name: getattr(simulation, name).model_dump(mode="json") for name in ("case", "mill", "contact", "dem")}
 
 
-def identity(simulation: Restartable) -> str:
+def identity(simulation: "Simulation") -> str:
     """What must agree between a restart file and the run that continues it: configuration, shapes, kernels."""
-    parts = {name: getattr(simulation, name).model_dump(mode="json") for name in ("case", "mill", "contact", "dem")}
     shapes = hashlib.sha256(b"".join(body.vessel.vertices.tobytes() for body in simulation.bodies)).hexdigest()
-    return json.dumps({**parts, "kernels": kernel_digest(), "shapes": shapes}, sort_keys=True)
+    return json.dumps({**settings_of(simulation), "kernels": kernel_digest(), "shapes": shapes}, sort_keys=True)
 
 
-def write_restart(path: str | Path, simulation: Restartable, recording: Recording) -> None:
+def write_restart(path: str | Path, simulation: "Simulation", recording: Recording) -> None:
     """Write the state of a simulation and what it has recorded; a killed write leaves the file before it in place."""
     with whole_hdf5(path, checksum_header) as file:
         _write_state(file, simulation, recording)
 
 
-def _write_state(file: h5py.File, simulation: Restartable, recording: Recording) -> None:
+def _write_state(file: h5py.File, simulation: "Simulation", recording: Recording) -> None:
     file.attrs["identity"] = identity(simulation)
     file.attrs["begin_step"] = simulation.begin_step
     file.attrs["clocks_s"] = [simulation.wall_clock_s, simulation.processor_s]
@@ -443,7 +425,7 @@ def _write_state(file: h5py.File, simulation: Restartable, recording: Recording)
         file[f"recording/contacts_{c}"] = np.concatenate(column)
 
 
-def read_restart(path: str | Path, simulation: Restartable, recording: Recording) -> bool:
+def read_restart(path: str | Path, simulation: "Simulation", recording: Recording) -> bool:
     """Put a simulation and its recording into the state of a restart file; returns whether there was one that fits.
 
     A file of another configuration, of other kernels, or one that cannot be read is not used; the log says so.
@@ -469,7 +451,7 @@ def read_restart(path: str | Path, simulation: Restartable, recording: Recording
     return True
 
 
-def _read_state(file: h5py.File, simulation: Restartable) -> None:
+def _read_state(file: h5py.File, simulation: "Simulation") -> None:
     balls = {name: file[f"balls/{name}"][:] for name in BALLS}
     candidates = state.Candidates(**{name: file[f"candidates/{name}"][:] for name in state.Candidates._fields})
     contacts = state.Contacts(**{name: file[f"contacts/{name}"][:] for name in state.Contacts._fields})

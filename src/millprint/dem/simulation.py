@@ -368,12 +368,7 @@ class Simulation:
         """The message for the status of the run."""
         if self.counters[COUNTER.status] == STATUS.overlap:
             return overlap_in_words(self)
-        ball, when = int(self.counters[COUNTER.ball]), f"at {self.time_s:.6f} s"
-        return {
-            STATUS.escaped: f"ball {ball} has left the vessel {when}",
-            STATUS.not_finite: f"the position of ball {ball} is not a finite number {when}",
-            STATUS.contact_lost: f"an open contact of ball {ball} was lost when the lists were rebuilt {when}",
-        }[int(self.counters[COUNTER.status])]
+        return f"{trouble_of(self.counters)} at {self.time_s:.6f} s"
 
 
 # Progress in steps, which take alike, with the remaining time.
@@ -382,12 +377,16 @@ BAR = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} steps [{elapsed}<{r
 
 COLLISION_ROWS = 100_000  # contacts that one call of `run` can record
 
-TROUBLE = {
-    STATUS.overlap: f"overlaps something by more than {100 * OVERLAP_LIMIT:g} % of its radius",
-    STATUS.escaped: "has left the vessel",
-    STATUS.not_finite: "has no finite position",
-    STATUS.contact_lost: "has lost an open contact",
-}
+
+def trouble_of(counters: np.ndarray) -> str:
+    """What a status says about a ball."""
+    ball = counters[COUNTER.ball]
+    return {
+        STATUS.overlap: f"ball {ball} overlaps something by more than {100 * OVERLAP_LIMIT:g} % of its radius",
+        STATUS.escaped: f"ball {ball} has left the vessel",
+        STATUS.not_finite: f"the position of ball {ball} is not a finite number",
+        STATUS.contact_lost: f"an open contact of ball {ball} was lost when the lists were rebuilt",
+    }[int(counters[COUNTER.status])]
 
 
 def walls_for(vessel: Vessel, radius: float, skin: float = 6e-4, pitch: float = 0.01) -> Walls:
@@ -506,9 +505,7 @@ class FewBalls:
                 break
             self.candidates, self.open_contacts = state.lengthened(self.candidates, self.open_contacts, counters)
         if counters[COUNTER.status] != STATUS.running:
-            trouble = TROUBLE[int(counters[COUNTER.status])]
-            when = counters[COUNTER.step] * self.step
-            raise SimulationError(f"ball {counters[COUNTER.ball]} {trouble} at {when:.6f} s")
+            raise SimulationError(f"{trouble_of(counters)} at {counters[COUNTER.step] * self.step:.6f} s")
         if counters[COUNTER.step] <= last_step:
             raise SimulationError(f"more than {len(table.value)} contacts ended in one run")
 

@@ -10,7 +10,6 @@ from millprint.dem.law import IDLE, IDLE_PRESENT, SpeedTables, at_reference, law
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, STATUS
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.motion import Motion, Motions, stack_motions
-from millprint.mill.walls import SURFACE
 
 # Numbers in a cache line of the processor, and the most rows of an array that begins with one.
 CACHE_LINE = 8
@@ -214,39 +213,20 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
     # Species that differ in their friction only have one row.
     radius, first, row_of = np.unique(balls.radius, return_index=True, return_inverse=True)
     mass, inertia, species = balls.mass[first], balls.inertia[first], range(len(radius))
-    pair = [
-        [
-            law_row(
-                contact,
-                reduced(radius[a], radius[b]),
-                reduced(mass[a], mass[b]),
-                reduced(inertia[a], inertia[b]),
-                radius[a] + radius[b],
-                overlap_fraction * min(radius[a], radius[b]),
-                step,
-                pull("ball_ball", reduced(radius[a], radius[b])),
-            )
-            for b in species
-        ]
-        for a in species
-    ]
-    sets = {"rough": (contact.at_wall, pull), "smooth": (contact.without_friction, lambda *_: 0.0)}
-    wall = [
-        [
-            law_row(
-                at,
-                radius[a],
-                mass[a],
-                inertia[a],
-                radius[a],
-                overlap_fraction * radius[a],
-                step,
-                own_pull("ball_wall", radius[a]),
-            )
-            for a in species
-        ]
-        for at, own_pull in (sets[name] for name in SURFACE._fields)
-    ]
+
+    def of_pair(a: int, b: int) -> np.ndarray:
+        effective, own_mass, own_inertia = (reduced(own[a], own[b]) for own in (radius, mass, inertia))
+        smaller = min(radius[a], radius[b])
+        sticks, both = pull("ball_ball", effective), radius[a] + radius[b]
+        return law_row(contact, effective, own_mass, own_inertia, both, overlap_fraction * smaller, step, sticks)
+
+    def at_wall(a: int, own: ContactConfig, sticks: float) -> np.ndarray:
+        return law_row(own, radius[a], mass[a], inertia[a], radius[a], overlap_fraction * radius[a], step, sticks)
+
+    pair = [[of_pair(a, b) for b in species] for a in species]
+    rough = [at_wall(a, contact.at_wall, pull("ball_wall", radius[a])) for a in species]
+    smooth = [at_wall(a, contact.without_friction, 0.0) for a in species]
+    wall = [rough, smooth]  # in the order of walls.Surfaces
     return Laws(np.array(pair)[row_of[:, None], row_of], np.array(wall)[:, row_of], surface, tables)
 
 

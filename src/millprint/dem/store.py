@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
-from millprint.dem.recording import Recording
+from millprint.dem.recording import Recording, settings_of
 from millprint.dem.resources import COLLISION_ROWS_MAX
 from millprint.dem.simulation import Simulation
 from millprint.mill.creases import rim_rows
@@ -58,16 +58,10 @@ def rounded(values: np.ndarray) -> np.ndarray:
     return np.ldexp(np.rint(np.ldexp(mantissa, KEPT_BITS + 1)), exponent - KEPT_BITS - 1)
 
 
-def _put_collisions(group: h5py.Group, table: pd.DataFrame) -> None:
-    for name in table.columns:
-        values = table[name].to_numpy()
-        exact = name in TIMES or values.dtype != np.float64
-        put(group, name, values if exact else rounded(values), narrow=True)
-
-
-def _put_frame(group: h5py.Group, frame: pd.DataFrame) -> None:
+def put_frame(group: h5py.Group, frame: pd.DataFrame, narrow: bool = False) -> None:
+    """Write the columns of a table."""
     for name in frame.columns:
-        put(group, name, frame[name].to_numpy())
+        put(group, name, frame[name].to_numpy(), narrow)
 
 
 def _put_occupancy(group: h5py.Group, recording: Recording) -> None:
@@ -136,15 +130,9 @@ def write_run(
     path: str | Path, simulation: Simulation, recording: Recording, series: pd.DataFrame, table: pd.DataFrame
 ) -> None:
     """Write run.h5: attributes config, seed, versions; groups geometry, ledger, collisions, occupancy, snapshots."""
-    config = {
-        "case": simulation.case.model_dump(mode="json"),
-        "mill": simulation.mill.model_dump(mode="json"),
-        "contact": simulation.contact.model_dump(mode="json"),
-        "dem": simulation.dem.model_dump(mode="json"),
-    }
     versions = {"python": platform.python_version(), "numba": numba.__version__, "numpy": np.__version__}
     with whole_hdf5(path) as file:
-        file.attrs["config"] = json.dumps(config, sort_keys=True)
+        file.attrs["config"] = json.dumps(settings_of(simulation), sort_keys=True)
         file.attrs["seed"] = simulation.case.seed
         file.attrs["versions"] = json.dumps(versions)
         file.attrs["facets"] = sum(len(body.vessel.normals) for body in simulation.bodies)
@@ -153,13 +141,14 @@ def write_run(
         put_geometry(file.create_group("geometry"), simulation.vessel)
         for body in simulation.bodies[1:]:
             put_geometry(file.create_group(f"geometry/inserts/{body.name}"), body.vessel)
-        _put_frame(file.create_group("ledger"), series)
+        put_frame(file.create_group("ledger"), series)
         group = file.create_group("collisions")
         group.attrs["begin_s"] = simulation.begin_s
         group.attrs["window_s"] = simulation.window_s
         group.attrs["rows"] = len(table)
         if len(table) <= COLLISION_ROWS_MAX:
-            _put_collisions(group, table)
+            values = [name for name in table.select_dtypes(float).columns if name not in TIMES]
+            put_frame(group, table.assign(**{name: rounded(table[name].to_numpy()) for name in values}), narrow=True)
         _put_occupancy(file.create_group("occupancy"), recording)
         if recording.snapshots:
             _put_snapshots(file.create_group("snapshots"), simulation, recording)

@@ -42,9 +42,10 @@ from millprint.dem.lammps.input import (
     tracks_contacts,
 )
 from millprint.dem.lammps.support import check_case, program
+from millprint.dem.recording import settings_of
 from millprint.dem.run import described, finite
 from millprint.dem.simulation import Simulation
-from millprint.dem.store import put, put_geometry
+from millprint.dem.store import put, put_frame, put_geometry
 from millprint.dem.turns import mean_of_turns, relative_error
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import Motion
@@ -402,23 +403,19 @@ def write_run(
     version: str,
 ) -> None:
     """Write run.h5 in the groups of `dem.store`, as far as LAMMPS gives them."""
-    config = {name: getattr(simulation, name).model_dump(mode="json") for name in ("case", "mill", "contact", "dem")}
     with whole_hdf5(path) as file:
-        file.attrs["config"] = json.dumps(config, sort_keys=True)
+        file.attrs["config"] = json.dumps(settings_of(simulation), sort_keys=True)
         file.attrs["seed"] = simulation.case.seed
         file.attrs["versions"] = json.dumps({"LAMMPS": version})
         file.attrs["engine"] = "lammps"
         file.attrs["ball_radius_m"] = simulation.radius
         put(file.create_group("balls"), "radius_m", np.full(simulation.count, simulation.radius))
         put_geometry(file.create_group("geometry"), simulation.vessel)
-        ledger = file.create_group("ledger")
-        for name in series.columns:
-            put(ledger, name, series[name].to_numpy())
+        put_frame(file.create_group("ledger"), series)
         if contacts is not None:
             group = file.create_group("ball_contacts")
             group.attrs["begin_s"], group.attrs["window_s"] = simulation.begin_s, simulation.window_s
-            for name in contacts.columns:
-                put(group, name, contacts[name].to_numpy(), narrow=True)
+            put_frame(group, contacts, narrow=True)
         if snapshots is not None:
             group = file.create_group("snapshots")
             time_s = (
