@@ -25,7 +25,7 @@ from millprint.config.mill_sweep import (
     condition,
     spread,
 )
-from millprint.config.motion_kinds import Agitation, motion_kind
+from millprint.config.motion_kinds import Agitation
 from millprint.config.section import Section
 from millprint.config.sweep import DISCARDED_TURNS, Case, DemConfig, balls_of, mill_of
 from millprint.config.workflow import WorkflowConfig
@@ -170,7 +170,7 @@ def discarded_turns(mill: MillConfig, own: TurnsSection) -> float:
 
     The powers of most conditions of seven mills are steady by then. A window that grows begins anew where they are not.
     """
-    tumbled = motion_kind(mill.motion.kind).vessel is Agitation.TUMBLED
+    tumbled = mill.motion.record.vessel is Agitation.TUMBLED
     return own.discard_turns or (TUMBLED_TURNS if tumbled else DISCARDED_TURNS)
 
 

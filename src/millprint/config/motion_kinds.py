@@ -107,6 +107,11 @@ class MotionSection(Section):
     kind: str
     needs: ClassVar[tuple[str, ...]] = ()
 
+    @property
+    def record(self) -> "MotionKind":
+        """What is said of every motion of this kind."""
+        return MOTIONS[self.kind]
+
     @model_validator(mode="before")
     @classmethod
     def _moves(cls, content: Any) -> Any:
@@ -352,13 +357,6 @@ MOTIONS = {
         MotionKind(RestMotion, vessel=Agitation.STILL, insert=Agitation.STILL),
     )
 }
-
-
-def motion_kind(kind: str) -> MotionKind:
-    """The record of a kind of motion; raises ValueError for one that is not in the registry."""
-    if kind not in MOTIONS:
-        raise ValueError(f"kind = {kind!r}: no such motion is in the registry; known: {', '.join(MOTIONS)}")
-    return MOTIONS[kind]
 
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.motion_kinds import MOTIONS, MotionSection, motion_kind
+from millprint.config.motion_kinds import MOTIONS, MotionSection
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed, Speed
 
 # The largest overlap that a run may allow, over the ball's radius [-]: see mill.wall_features.
@@ -310,7 +310,7 @@ def _with_facets(facets: int, mill: MillConfig) -> Section:
 
 
 def _with_amplitude(amplitude_mm: float, mill: MillConfig) -> MotionSection:
-    law, key = mill.motion, motion_kind(mill.motion.kind).amplitude_key
+    law, key = mill.motion, mill.motion.record.amplitude_key
     if key is None:
         kinds = ", ".join(kind for kind, record in MOTIONS.items() if record.amplitude_key)
         raise ConfigError(

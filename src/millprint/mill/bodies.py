@@ -13,7 +13,7 @@ from millprint.config.mill import MillConfig, StlGeometry
 from millprint.mill.distance import signed_distance
 from millprint.mill.motion import Motion, motion_from_law
 from millprint.mill.outlines import Outlines
-from millprint.mill.shapes import shape_kind
+from millprint.mill.shapes import SHAPES
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
 
 # Poses at which the inserts are checked for a turn of the fastest body.
@@ -73,7 +73,7 @@ def check_volume(mill: MillConfig, vessel: Vessel) -> None:
     of its hollow is named as that, also where the volume is that of the wall.
     """
     volume, shape, sizes = vessel.volume_m3 * 1e6, *mill.geometry.origin()
-    if shape_kind(mill.geometry.kind).is_mesh and (hollow := cup_volume(vessel, mill.volume_ml * 1e-6)):
+    if SHAPES[mill.geometry.kind].is_mesh and (hollow := cup_volume(vessel, mill.volume_ml * 1e-6)):
         raise ConfigError(
             f"{vessel.name}: {shape} is the wall of a cup, {volume:.4g} mL, open at one side; give its hollow, about "
             f"{hollow * 1e6:.4g} mL, closed by the lid (what stands in a hollow is one of `inserts`)"

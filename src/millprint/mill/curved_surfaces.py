@@ -159,12 +159,7 @@ class Curve:
 
     def is_part_of(self, other: "Curve") -> bool:
         """Whether both are parts of one surface."""
-        same = (self.major, self.minor, self.slope, self.hollow) == (
-            other.major,
-            other.minor,
-            other.slope,
-            other.hollow,
-        )
+        same = all(getattr(self, name) == getattr(other, name) for name in ("major", "minor", "slope", "hollow"))
         return same and bool((self.origin == other.origin).all() and (self.axis == other.axis).all())
 
     def moved(self, rotation: np.ndarray, shift: np.ndarray) -> "Curve":

@@ -1,15 +1,13 @@
 """The sweep of a mill that has none, from the size of its vessel and the way its walls agitate the balls."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
-from millprint.config.motion_kinds import Agitation, motion_kind
+from millprint.config.motion_kinds import Agitation
 from millprint.mill.bodies import Body, build_bodies, travel_m
 from millprint.mill.gravity import GRAVITY
 
@@ -66,19 +64,9 @@ def _shaken(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list[flo
     return [_rounded(60 * math.sqrt(share * GRAVITY / largest)) for share in SHAKEN]
 
 
-@dataclass(frozen=True)
-class SweepRule:
-    """How the sweep of a mill follows from the agitation of its vessel: its speeds [rpm] and its fill ratios."""
-
-    speeds_rpm: Callable[[MillConfig, list[Body], float], list[float]]
-    fill_ratios: tuple[float, ...] = (0.08, 0.15, 0.22, 0.3)
-
-
-SWEEP_RULES = {
-    Agitation.SHAKEN: SweepRule(_shaken),
-    Agitation.TUMBLED: SweepRule(_tumbled),
-    Agitation.STILL: SweepRule(_stirred, (0.15, 0.22, 0.3, 0.38)),
-}
+# By the agitation of the vessel: its speeds; fill ratios, and those around a stirrer.
+SPEEDS_OF = {Agitation.SHAKEN: _shaken, Agitation.TUMBLED: _tumbled, Agitation.STILL: _stirred}
+FILLS, STIRRED_FILLS = [0.08, 0.15, 0.22, 0.3], [0.15, 0.22, 0.3, 0.38]
 
 
 def default_sweep(mill: MillConfig) -> MillSweepConfig:
@@ -88,7 +76,8 @@ def default_sweep(mill: MillConfig) -> MillSweepConfig:
     any other vessel is accelerated by 6 and 12 g. Balls fit five times into the narrowest direction. Raises ConfigError
     for a mill whose shape is refused or that does not move.
     """
-    bodies, rule = build_bodies(mill), SWEEP_RULES[motion_kind(mill.motion.kind).vessel]
-    sizes = _sizes_mm(bodies[0].vessel.bounds, mill.volume_ml * 1e-6, SWEEP_RULES[Agitation.SHAKEN].fill_ratios[-1])
-    speeds = rule.speeds_rpm(mill, bodies, sizes[0] / 1e3)
-    return MillSweepConfig(speeds_rpm=speeds, ball_diameters_mm=sizes, fill_ratios=list(rule.fill_ratios))
+    bodies, agitation = build_bodies(mill), mill.motion.record.vessel
+    sizes = _sizes_mm(bodies[0].vessel.bounds, mill.volume_ml * 1e-6, FILLS[-1])
+    speeds = SPEEDS_OF[agitation](mill, bodies, sizes[0] / 1e3)
+    fills = STIRRED_FILLS if agitation is Agitation.STILL else FILLS
+    return MillSweepConfig(speeds_rpm=speeds, ball_diameters_mm=sizes, fill_ratios=fills)

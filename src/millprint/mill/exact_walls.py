@@ -83,7 +83,7 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
         outwards = (radii - shape.r)[:, None] * out + np.outer(heights - shape.z, axis.along)
         curve = Curve(axis.origin + shape.z * axis.along, axis.along, shape.r, shape.radius, arc=arc)
     hollow = bool((drawing.normals[swept.facets] * outwards).sum() < 0)
-    curve = Curve(**{**curve.__dict__, "hollow": hollow})
+    curve = replace(curve, hollow=hollow)
     if is_whole:
         return [(curve, swept.facets)]
     count = max(1, math.ceil((end - begin) / math.pi - WHOLE))
@@ -94,8 +94,8 @@ def curves_of(drawing: Drawing, swept: Swept) -> list[tuple[Curve, np.ndarray]]:
     which = np.clip(np.searchsorted(cuts, begin + (of_facet - begin) % (2 * math.pi)) - 1, 0, count - 1)
     parts = []
     for k in range(count):
-        sides = tuple(math.cos(angle) * axis.u + math.sin(angle) * axis.v for angle in cuts[k : k + 2])
-        parts.append((Curve(**{**curve.__dict__, "part": sides}), swept.facets[which == k]))
+        first, last = (math.cos(angle) * axis.u + math.sin(angle) * axis.v for angle in cuts[k : k + 2])
+        parts.append((replace(curve, part=(first, last)), swept.facets[which == k]))
     return [(curve, facets) for curve, facets in parts if len(facets)]
 
 
@@ -230,7 +230,7 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
             low = pole[0] if abs(curve.arc[0][0]) < 1e-9 else low
             high = pole[1] if abs(curve.arc[1][0]) < 1e-9 else high
         changes["arc"] = (math.cos(low), math.sin(low)), (math.cos(high), math.sin(high))
-    return Curve(**{**curve.__dict__, **changes})
+    return replace(curve, **changes)
 
 
 def _short_sides(vessel: Vessel, moved: np.ndarray) -> np.ndarray:

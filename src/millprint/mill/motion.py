@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.config.motion_kinds import Drive, MotionSection, motion_kind
+from millprint.config.motion_kinds import Drive, MotionSection
 from millprint.mill.kernel_columns import Vector, number_columns, span_of, width_of
 from millprint.mill.vectors import add, add_scaled, cross, put_vector, rotate, row, scale, subtract, vector
 from millprint.run.kernel import inlined
@@ -228,10 +228,9 @@ AT_REST = Motion(np.zeros((1, 7)), 0.0, moves=False)
 def motion_from_law(law: MotionSection, speed_hz: float) -> Motion:
     """The motion of a body by the keys of its law, at the mill's speed [Hz].
 
-    Raises ValueError for a kind that is not in the registry of `config.motion_kinds`, and ConfigError for a table of
-    points that is not one turn of the mill.
+    Raises ConfigError for a table of points that is not one turn of the mill.
     """
-    if not motion_kind(law.kind).moves:
+    if not law.record.moves:
         return AT_REST
     motion = _driven(law.drive(), speed_hz)
     return motion if speed_hz > 0 else motion.at_rest()

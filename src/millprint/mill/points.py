@@ -77,11 +77,6 @@ def _quaternions(table: pd.DataFrame) -> np.ndarray:
     return quaternion * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
 
 
-def _check_moves(place: np.ndarray, quaternion: np.ndarray) -> None:
-    if not np.ptp(np.hstack([place, quaternion]), axis=0).any():
-        raise ConfigError(f"all rows have the same place: {STILL}")
-
-
 def curve_through(points: Sequence[Sequence[float]]) -> tuple[np.ndarray, np.ndarray]:
     """The curve through computed points (Drive.points), as of `read_path`. Raises ConfigError likewise."""
     return _curve(pd.DataFrame(points, columns=["time_s", *PLACE, *TURN][: len(points[0])]))
@@ -108,8 +103,9 @@ def _curve(table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
     _check_times(time)
     _check_places(place)
     quaternion = _quaternions(table)
-    _check_moves(place, quaternion)
     turn, values = (time - time[0]) / (time[-1] - time[0]), np.hstack([place, quaternion])
+    if not np.ptp(values, axis=0).any():
+        raise ConfigError(f"all rows have the same place: {STILL}")
     if quaternion[-1] @ quaternion[0] < 0:
         again = np.hstack([place[1:], -quaternion[1:]])
         turn, values = np.concatenate([turn, 1.0 + turn[1:]]), np.vstack([values, again])

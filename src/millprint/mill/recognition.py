@@ -49,21 +49,13 @@ from millprint.mill.turned_shapes import (
     Drawing,
     Line,
     Swept,
+    nearest_sphere,
 )
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_words import round_facets
 
 # Vertices of a surface from which its axis is fitted, at most, how many surfaces, and how often.
 ENOUGH, MOST_PIECES, AGAIN = 2000, 12, 4
-
-
-def _sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Middle and radius of the sphere nearest to points (n, 3), by linear least squares."""
-    shift = points.mean(axis=0)
-    local = points - shift
-    columns = np.column_stack([2 * local, np.ones(len(local))])
-    solution, *_ = np.linalg.lstsq(columns, (local**2).sum(axis=1), rcond=None)
-    return solution[:3] + shift, math.sqrt(max(solution[3] + solution[:3] @ solution[:3], 0.0))
 
 
 def _spheres(drawing: Drawing, far: float = 2 * EVEN**2) -> list[Swept]:
@@ -82,7 +74,7 @@ def _spheres(drawing: Drawing, far: float = 2 * EVEN**2) -> list[Swept]:
         for slack in (LOOSE, 2.0, 1.0, 1.0):
             if len(facets) < 8:
                 break
-            middle, radius = _sphere(drawing.points(facets))
+            middle, radius = nearest_sphere(drawing.points(facets))
             begin = drawing.vessel.vertices[drawing.vertices_of[pair[0]]]
             worst = np.abs(np.linalg.norm(begin - middle, axis=1) - radius).max()
             if radius > drawing.vessel.size or worst > slack * drawing.tolerance:
@@ -120,7 +112,8 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.nd
     """
     middles = [each.shape.z for each in swept if isinstance(each.shape, Circle) and each.shape.r == 0.0]
     if len(middles) == len(swept) and np.ptp(middles) < LOOSE * drawing.tolerance:
-        return Axis(_sphere(drawing.points(max(swept, key=lambda each: len(each.facets)).facets))[0], axis.along)
+        largest = max(swept, key=lambda each: len(each.facets))
+        return Axis(nearest_sphere(drawing.points(largest.facets))[0], axis.along)
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
     # The largest, and some of their vertices, from all over them.
@@ -271,7 +264,7 @@ def _fits(points: np.ndarray, normals: np.ndarray) -> Iterator[tuple[str, Callab
     A cone's axis is across the differences of its normals. About it |p - c|^2 is a square of the height h, so that the
     middle c follows from |p|^2 = 2 c . p + q0 + q1 h + q2 h^2 by linear least squares.
     """
-    middle, radius = _sphere(points)
+    middle, radius = nearest_sphere(points)
     yield f"a sphere of {radius * 1e3:.4g} mm", lambda p: np.linalg.norm(p - middle, axis=1) - radius
     _, _, across = np.linalg.svd(normals - normals.mean(axis=0), full_matrices=False)
     axis = Axis(points.mean(axis=0), across[-1])

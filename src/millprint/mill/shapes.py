@@ -261,10 +261,3 @@ SHAPES = {
     "paddles": Shape(paddles_facets, paddles_curves),
     "stl": Shape(_file_surface, from_inside=False, is_mesh=True),
 }
-
-
-def shape_kind(kind: str) -> Shape:
-    """The record of a kind of shape; raises ValueError for one that is not in the registry."""
-    if kind not in SHAPES:
-        raise ValueError(f"kind = {kind!r}: no such shape is in the registry; known: {', '.join(SHAPES)}")
-    return SHAPES[kind]

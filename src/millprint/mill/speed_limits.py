@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from millprint.config.mill import MillConfig
-from millprint.config.motion_kinds import Agitation, MotionSection, motion_kind
+from millprint.config.motion_kinds import Agitation, MotionSection
 from millprint.mill.bodies import Body, build_bodies
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.motion import Motion, motion_from_law
+from millprint.run.numbers import plain
 
 
 @dataclass(frozen=True)
@@ -94,14 +95,9 @@ class Pace:
         """What the body's wall does at a speed of the mill [Hz]."""
         gravities = self.acceleration * speed_hz**2 / GRAVITY
         return (
-            f"the wall of {self.body} would have an acceleration of {_plain(gravities)} g "
-            f"and move at {_plain(self.speed * speed_hz)} m/s"
+            f"the wall of {self.body} would have an acceleration of {plain(gravities)} g "
+            f"and move at {plain(self.speed * speed_hz)} m/s"
         )
-
-
-def _plain(value: float) -> str:
-    """A number of three digits, without an exponent below a million."""
-    return f"{float(f'{value:.3g}'):g}"
 
 
 def paces(mill: MillConfig, bodies: Sequence[Body]) -> list[Pace]:
@@ -111,8 +107,8 @@ def paces(mill: MillConfig, bodies: Sequence[Body]) -> list[Pace]:
     """
     own = [insert.motion for insert in mill.inserts]
     laws = [mill.motion, *(law or mill.motion for law in own)]
-    bounds = [BOUNDS[motion_kind(mill.motion.kind).vessel]]
-    bounds += [BOUNDS[motion_kind(law.kind).insert] if law else bounds[0] for law in own]
+    bounds = [BOUNDS[mill.motion.record.vessel]]
+    bounds += [BOUNDS[law.record.insert] if law else bounds[0] for law in own]
     return [_pace(body, law, bound) for body, law, bound in zip(bodies, laws, bounds, strict=True)]
 
 

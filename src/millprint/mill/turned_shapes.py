@@ -74,6 +74,16 @@ class Line:
         return flat @ [-math.sin(self.angle), math.cos(self.angle)]
 
 
+def nearest_sphere(points: np.ndarray) -> tuple[np.ndarray, float]:
+    """Middle (d,) and radius of the circle or sphere nearest to points (n, d), by linear least squares (Kasa 1976)."""
+    shift = points.mean(axis=0)
+    local = points - shift
+    columns = np.column_stack([2 * local, np.ones(len(local))])
+    solution, *_ = np.linalg.lstsq(columns, (local**2).sum(axis=1), rcond=None)
+    middle = solution[:-1]
+    return middle + shift, math.sqrt(max(solution[-1] + middle @ middle, 0.0))
+
+
 @dataclass
 class Circle:
     """In the half plane about an axis: a circle of a radius about (r, z) [m]."""
@@ -84,14 +94,9 @@ class Circle:
 
     @classmethod
     def through(cls, flat: np.ndarray) -> "Circle":
-        """The circle nearest to points (n, 2), by linear least squares (Kasa 1976)."""
-        shift = flat.mean(axis=0)
-        local = flat - shift
-        columns = np.column_stack([2 * local, np.ones(len(local))])
-        solution, *_ = np.linalg.lstsq(columns, (local**2).sum(axis=1), rcond=None)
-        radius = math.sqrt(max(solution[2] + solution[:2] @ solution[:2], 0.0))
-        middle = solution[:2] + shift
-        return cls(float(middle[0]), float(middle[1]), radius)
+        """The circle nearest to points (n, 2)."""
+        (r, z), radius = nearest_sphere(flat)
+        return cls(float(r), float(z), radius)
 
     def off(self, flat: np.ndarray) -> np.ndarray:
         """Distances (n,) of points (n, 2) [m]."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -23,7 +23,7 @@ from millprint.mill.outlines import (
     plane_axes,
     triangulate_facet,
 )
-from millprint.mill.shapes import shape_kind
+from millprint.mill.shapes import SHAPES
 
 # Vertices closer than this fraction of the vessel's size are one vertex.
 WELD = 1e-7
@@ -283,7 +283,7 @@ def triangulate_facets(vessel: Vessel) -> np.ndarray:
 
 def shape_curves(geometry: GeometrySection, solid: bool) -> list[Curve]:
     """The cylinders and tori of which the facets of a shape are pieces; none where its facets are the wall itself."""
-    shape = shape_kind(geometry.kind)
+    shape = SHAPES[geometry.kind]
     curves = [] if geometry.faceted else shape.curves(geometry)
     return [curve.turned_out for curve in curves] if shape.from_inside == solid else curves
 
@@ -293,10 +293,10 @@ def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[Out
 
     Further: the rounding of their vertices in a file [m].
 
-    place: the YAML file and key, for refusals. Raises ValueError for a kind that is not in the registry of
-    `mill.shapes`, and ConfigError for a file of triangles that is refused or for too many facets.
+    place: the YAML file and key, for refusals. Raises ConfigError for a file of triangles that is refused or for too
+    many facets.
     """
-    shape = shape_kind(geometry.kind)
+    shape = SHAPES[geometry.kind]
     try:
         outlines, rounding = shape.facets(geometry) if shape.is_mesh else (shape.facets(geometry), 0.0)
     except ConfigError as error:
@@ -311,23 +311,12 @@ def drawn_shape(geometry: GeometrySection, place: str, solid: bool) -> tuple[Out
     return Outlines.of(outlines), rounding
 
 
-@dataclass(frozen=True)
-class _Shape:
-    """A shape by its values and its file of triangles, with the time of writing [ns]: what its vessel depends on."""
-
-    geometry: GeometrySection = field(compare=False)
-    place: str
-    solid: bool
-    values: str
-    file: tuple[str, int] | None
-
-
 @lru_cache(maxsize=64)
-def _vessel_of(shape: _Shape) -> Vessel:
-    facets, rounding = drawn_shape(shape.geometry, shape.place, shape.solid)
-    curves = shape_curves(shape.geometry, shape.solid)
-    vessel = Vessel(facets, shape.place, shape.solid, shape.geometry.smooth_axis, curves)
-    if not shape_kind(shape.geometry.kind).is_mesh or shape.geometry.faceted:
+def _vessel_of(geometry: GeometrySection, place: str, solid: bool, _file: tuple[str, int] | None) -> Vessel:
+    """`shape_vessel`; _file: of triangles, with the time of writing [ns], on which the walls depend too."""
+    facets, rounding = drawn_shape(geometry, place, solid)
+    vessel = Vessel(facets, place, solid, geometry.smooth_axis, shape_curves(geometry, solid))
+    if not SHAPES[geometry.kind].is_mesh or geometry.faceted:
         return vessel
     # Imports this module.
     from millprint.mill.recognition import recognise
@@ -340,7 +329,7 @@ def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:
     path = getattr(geometry, "path", None)
     found = Path(path).resolve() if path and Path(path).exists() else None
     file = (str(found), found.stat().st_mtime_ns) if found else None
-    return _vessel_of(_Shape(geometry, place, solid, geometry.model_dump_json(), file))
+    return _vessel_of(geometry, place, solid, file)
 
 
 def build_vessel(mill: MillConfig) -> Vessel:

@@ -14,7 +14,7 @@ import numpy as np
 
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.motion_kinds import motion_kind
+from millprint.config.motion_kinds import MOTIONS
 from millprint.config.view import ViewConfig
 from millprint.mill.bodies import Body, build_bodies
 from millprint.mill.creases import nearest_on_circle
@@ -429,7 +429,7 @@ def balls_in_words(radius_m: np.ndarray, mixture: dict | None) -> str:
 def frequency_of(config: dict) -> float:
     """Revolutions of the mill per second; 0 for a mill at rest."""
     motions = [config["mill"]["motion"], *(insert["motion"] for insert in config["mill"].get("inserts", []))]
-    moves = any(motion_kind(motion["kind"]).moves for motion in motions if motion)
+    moves = any(MOTIONS[motion["kind"]].moves for motion in motions if motion)
     return config["case"]["speed_hz"] if moves else 0.0
 
 
