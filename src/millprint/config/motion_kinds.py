@@ -109,7 +109,7 @@ class MotionSection(Section):
 
     @property
     def record(self) -> "MotionKind":
-        """What is said of every motion of this kind."""
+        """The record of the kind of motion."""
         return MOTIONS[self.kind]
 
     @model_validator(mode="before")
