@@ -37,7 +37,7 @@ def main(
     descriptors = tabulate_descriptors(runs, counting_rule)
     write_table(descriptors, output.descriptors)
     fitted = with_impacts(descriptors)
-    fingerprint = Fingerprint.fit(fitted, mill.volume_ml * 1e-6, interval, charges_of(runs))
+    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, interval, charges_of(runs))
     fills = fill_grid(fitted["fill_ratio"].unique(), smooth_points)
     write_table(fingerprint.curve(fills)[CURVE_COLUMNS], output.curves)
     fingerprint.write(output.fingerprint)

@@ -24,6 +24,7 @@ from millprint.fingerprint.descriptors import (
     tabulate_descriptors,
     variance_of_run,
 )
+from millprint.fingerprint.mill_collapse import find_zones
 from millprint.fingerprint.model import Fingerprint
 from tests.refusals import truths
 from tests.unit.synthetic_mill import VOLUME, still, summary
@@ -296,6 +297,7 @@ def test_nothing_is_known_between_a_condition_without_impacts_and_one_with(hits,
     one = own.predict(own.condition(speed_hz=10.0, ball_diameter_m=0.01, fill_ratio=0.07))
     assert np.isnan(one.tangential_share.upper) and np.isnan(one.normal_power_W.ends("mean")).all()
     assert fitted.predict(asked).equals(found)
+    assert find_zones(own).empty == (len(hits) == 1)
 
 
 def test_where_nothing_hits_at_all_only_powers_have_curves():

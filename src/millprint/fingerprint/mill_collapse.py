@@ -225,11 +225,12 @@ def find_zones(fingerprint: Fingerprint) -> pd.DataFrame:
     fingerprint's probability of such curves drawn from the processes; `found` is the share of the drawn curves that
     have the zone at all. `smallest` and `largest` are over single speeds and ball sizes. The fill ratios of a zone are
     on a grid within the simulated ones, so the true maximum may be beyond an end of the grid. Powers and ratio each
-    come from a separate process. There is no row where one of the three has no curve.
+    come from a separate process. There is no row where one of the three has no curve, or all have one fill ratio.
     """
-    if not set(ZONE_CURVES) <= fingerprint.predictors.keys():
+    low, high = fingerprint.fill_range
+    if not set(ZONE_CURVES) <= fingerprint.predictors.keys() or low == high:
         return pd.DataFrame(columns=COLUMNS)
-    fills = np.geomspace(*fingerprint.fill_range, POINTS)
+    fills = np.geomspace(low, high, POINTS)
     pairs = {name: _curves(fingerprint, name, fills) for name in ZONE_CURVES}
     single = _zones_of_all(fills, {name: pair[0] for name, pair in pairs.items()})
     average = _zones_of_all(fills, {name: pair[1] for name, pair in pairs.items()})
