@@ -10,7 +10,8 @@ import numpy as np
 from benchmarks.config import BenchConfig
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.mill import CircleMotion, MillConfig
+from millprint.config.mill import MillConfig
+from millprint.config.motion_kinds import CircleMotion
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
 from millprint.mill.vessel import Vessel, build_vessel

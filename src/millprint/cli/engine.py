@@ -7,9 +7,11 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 from millprint.cli.commands import PIPE
+from millprint.config.arguments import values_of
 from millprint.config.errors import ConfigError
 from millprint.config.load import YAML
 from millprint.config.wording import close_to
@@ -77,14 +79,12 @@ def snakefile_words() -> list[str]:
 
 def check_settings(words: Sequence[str]) -> None:
     """Refuse a word after --config that is not key=value, in a line; Snakemake ends with a traceback."""
-    after = False
-    for word in words:
-        if after and not word.startswith("-") and not re.match(r"\w+=", word):
+    for word in chain.from_iterable(values_of(words, "--config")):
+        if not re.match(r"\w+=", word):
             key, _, value = word.partition("=")
             if sections := re.fullmatch(r"(\w+)\.(\w+)", key):
                 raise ConfigError(f"--config: {word!r}: write '{sections[1]}={{{sections[2]}: {value or 'VALUE'}}}'")
             raise ConfigError(f"--config: {word!r}: write {key.strip()}={value.strip() or 'VALUE'}, without blanks")
-        after = word == "--config" or (after and not word.startswith("-"))
 
 
 def run_workflow(words: Sequence[str]) -> int:

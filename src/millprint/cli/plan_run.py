@@ -19,15 +19,12 @@ from itertools import chain, takewhile
 
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from millprint.cli.commands import parser_of
+from millprint.cli.commands import USAGE, parser_of
 from millprint.cli.engine import settings_of, snakefile_words
 from millprint.config.arguments import check_configfiles
 from millprint.config.errors import ConfigError
 from millprint.config.load import YAML
 from millprint.run.plan import Job, OneLineAJob, plan_text
-
-# Exit status of a command whose arguments are wrong.
-USAGE = 2
 
 
 class Plan(logging.Filter):

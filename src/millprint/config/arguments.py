@@ -2,6 +2,7 @@
 
 from argparse import ArgumentTypeError
 from collections.abc import Callable, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +12,8 @@ from millprint.config.errors import ConfigError, readable
 from millprint.config.section import Section
 from millprint.config.wording import in_words
 
+# The names of options of Snakemake that set keys.
+NAMES = {"--configfile": ("--configfile", "--configfiles"), "--config": ("--config", "-C")}
 # Simulations or jobs at a time.
 Cores = Annotated[int, Field(ge=1, le=100_000)]
 
@@ -43,13 +46,22 @@ def check_written(written: str | Path | None, *read: str | Path) -> None:
             raise ConfigError(f"{written}: is read and would be lost; give what is written another name")
 
 
+def values_of(words: Sequence[str], option: str) -> list[list[str]]:
+    """What follows each time that an option of Snakemake is given, by any of its names: words to the next option."""
+    groups: list[list[str]] = []
+    within = False
+    for word in words:
+        name, equals, value = word.partition("=")
+        if name in NAMES[option]:
+            groups.append([value] if equals else [])
+        elif within and not word.startswith("-"):
+            groups[-1].append(word)
+        within = name in NAMES[option] or (within and not word.startswith("-"))
+    return groups
+
+
 def check_configfiles(words: Sequence[str]) -> None:
     """Raise ConfigError for a file after --configfile that is not there; Snakemake ends with a traceback."""
-    after = False
-    for word in words:
-        option, _, joined = word.partition("=")
-        begins = option in ("--configfile", "--configfiles")
-        after = begins or (after and not word.startswith("-"))
-        path = joined if begins else word if after else ""
+    for path in chain.from_iterable(values_of(words, "--configfile")):
         if path and not Path(path).is_file():
             raise ConfigError(f"--configfile {path}: no such file")

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from millprint.config.arguments import NAMES, values_of
 from millprint.config.calibration import ExperimentConfig
 from millprint.config.card import Experiment, read_experiments
 from millprint.config.charge import chosen_balls
@@ -33,8 +34,6 @@ from millprint.config.workflow import ChapterSections, WorkflowConfig
 CONFIG_FILE = "config/config.yaml"
 # The name in messages about a configuration that has no file, such as a module's.
 CONFIGURATION = "configuration"
-# The option that is meant by each name of it.
-OPTIONS = {"--configfile": "--configfile", "--configfiles": "--configfile", "--config": "--config", "-C": "--config"}
 
 
 @contextmanager
@@ -169,21 +168,11 @@ def collect_cases(config: WorkflowConfig, source: str) -> dict[str, Case]:
 
 def check_given_once(words: Sequence[str]) -> None:
     """Raise ConfigError where a command line gives --configfile or --config twice: Snakemake reads the last only."""
-    given: dict[str, list[list[str]]] = {}
-    current: list[str] | None = None
-    for word in words:
-        name, equals, value = word.partition("=")
-        if name in OPTIONS:
-            current = [value] if equals else []
-            given.setdefault(OPTIONS[name], []).append(current)
-        elif word.startswith("-"):
-            current = None
-        elif current is not None:
-            current.append(word)
-    for option, groups in given.items():
-        lost, kept = [word for group in groups[:-1] for word in group], groups[-1]
+    for option in NAMES:
+        groups = values_of(words, option)
+        lost = [word for group in groups[:-1] for word in group]
         if lost:
             raise ConfigError(
-                f"{option} is given {len(groups)} times, and Snakemake takes only the last, {' '.join(kept)}: "
-                f"{' '.join(lost)} would be left out; write {option} {' '.join([*lost, *kept])}"
+                f"{option} is given {len(groups)} times, and Snakemake takes only the last, {' '.join(groups[-1])}: "
+                f"{' '.join(lost)} would be left out; write {option} {' '.join([*lost, *groups[-1]])}"
             )

@@ -319,9 +319,8 @@ class MeasuredSection(DistributionSection):
     @model_validator(mode="after")
     def _a_value_or_an_interval(self) -> "MeasuredSection":
         point, interval = (self.value, self.standard_error), (self.lower, self.upper)
-        if (None in point) == (None in interval) or (None in point and point != (None, None)):
-            raise ValueError("give either value and standard_error, or lower and upper")
-        if None in interval and interval != (None, None):
+        nothing = (None, None)
+        if not (interval == nothing and None not in point) and not (point == nothing and None not in interval):
             raise ValueError("give either value and standard_error, or lower and upper")
         if self.lower is not None and self.upper is not None and self.lower >= self.upper:
             raise ValueError(f"lower = {self.lower:g}: must be below upper = {self.upper:g}")

@@ -216,10 +216,6 @@ def shipped(path: str) -> str | None:
     return str(place) if place.exists() else None
 
 
-def _nothing(path: str) -> str | None:
-    return None
-
-
 @dataclass(frozen=True)
 class Sources:
     """Finds files by their path from the project's root, such as config/mills/emax.yaml.
@@ -228,7 +224,7 @@ class Sources:
     and tables of the workflow serve a run in any folder, and a user's file takes precedence.
     """
 
-    shipped: Callable[[str], str | None] = _nothing
+    shipped: Callable[[str], str | None] = lambda path: None
 
     def find(self, path: str) -> str:
         """The path itself, or that of the workflow's file if the working folder has no such file."""
@@ -316,15 +312,14 @@ def _follow(model: type[BaseModel], place: tuple) -> tuple[type[BaseModel] | Non
         kept.append(step)
         if isinstance(step, int):
             continue
-        fields = current.model_fields.items() if current else ()
-        field = next((f for name, f in fields if step in (name, f.alias)), None)
+        field = current.model_fields.get(step) if current else None
         choices = nested_models(field.annotation) if field else []
         current = choices[0] if len(choices) == 1 else None
     return current, tuple(kept)
 
 
 def _known_keys(model: type[BaseModel] | None) -> list[str]:
-    return [field.alias or name for name, field in model.model_fields.items()] if model else []
+    return list(model.model_fields) if model else []
 
 
 def _where_it_belongs(model: type[BaseModel], place: tuple) -> str:

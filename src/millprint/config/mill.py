@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from millprint.config.mill_sweep import MillSweepConfig
-from millprint.config.motion_kinds import CircleMotion, Motion
+from millprint.config.motion_kinds import Motion
 from millprint.config.section import (
     Name,
     NamedSection,
@@ -17,6 +17,7 @@ from millprint.config.section import (
     Section,
     Size,
     VesselSize,
+    first_repeated,
     project_path,
 )
 
@@ -298,9 +299,6 @@ VesselGeometry = Annotated[
 SolidGeometry = Annotated[CylinderGeometry | BoxGeometry | PaddlesGeometry | StlGeometry, Field(discriminator="kind")]
 
 
-__all__ = ["CircleMotion", "InsertConfig", "MillConfig", "PostGeometry", "StadiumGeometry"]
-
-
 class InsertConfig(Section):
     """A solid body inside the vessel: an impeller, a rod, a baffle. It must not meet the walls at any time."""
 
@@ -337,8 +335,7 @@ class MillConfig(NamedSection):
     @model_validator(mode="after")
     def _names_differ(self) -> "MillConfig":
         names = ["vessel", *(insert.name for insert in self.inserts)]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
+        if twice := first_repeated(names):
             raise ValueError(f"inserts: name = {twice!r}: names must differ from each other and from 'vessel'")
         return self
 

@@ -9,7 +9,7 @@ import csv
 import io
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -49,23 +49,6 @@ def meanings(text: str) -> list[str]:
     return [text] if PLAIN.fullmatch(text) else list(dict.fromkeys(readings(text).values()))
 
 
-def decimal_mark(texts: Iterable[str]) -> str:
-    """The decimal mark that some of the numbers prove, as 0,5 and 1.234,5 do; empty if none or both are proved."""
-    proved = {mark for found in map(readings, texts) if len(found) == 1 for mark in found}
-    return proved.pop() if len(proved) == 1 else ""
-
-
-def plain_number(text: str, mark: str) -> str | None:
-    """The plain number that a text is in a table with this decimal mark, such as 1041 or 0.5; None if it is none.
-
-    Where nothing proves a mark, a point is one, and 1,041 has two readings: raises ValueError, with both in words.
-    """
-    found = [readings(text)[mark]] if mark in readings(text) else meanings(text)
-    if len(found) > 1:
-        raise ValueError(f"is {' or '.join(found)}; write the one that is meant, with a point for decimals")
-    return found[0] if found else None
-
-
 SEPARATORS = "\t;,"
 # How the files of workbooks begin.
 WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
@@ -88,11 +71,15 @@ class Cells:
 
     @cached_property
     def mark(self) -> str:
-        """The decimal mark that columns of numbers prove; empty if they do not, a point where no number needs it."""
+        """The decimal mark that columns of numbers prove, as 0,5 and 1.234,5 do; a point where no number needs it.
+
+        Empty if none or both are proved.
+        """
         if not any("," in cell or cell.count(".") > 1 for row in self.rows for cell in row):
             return "."
-        columns = ([cell for cell in column if cell] for column in zip(*self.rows, strict=True))
-        return decimal_mark(cell for column in columns if all(map(readings, column)) for cell in column)
+        columns = [[readings(cell) for cell in column if cell] for column in zip(*self.rows, strict=True)]
+        proved = {mark for column in columns if all(column) for found in column if len(found) == 1 for mark in found}
+        return proved.pop() if len(proved) == 1 else ""
 
     def column(self, name: str) -> list[str]:
         """The cells of a column."""
@@ -100,11 +87,15 @@ class Cells:
         return [row[place] for row in self.rows]
 
     def plain(self, text: str, place: str) -> str | None:
-        """The plain number in a cell, such as 0.5 for 0,5; None if it has none. Raises ConfigError for two readings."""
-        try:
-            return plain_number(text, self.mark)
-        except ValueError as error:
-            raise ConfigError(f"{self.path}: {place} = {text!r}: {error}") from None
+        """The plain number in a cell, such as 0.5 for 0,5; None if it has none. Raises ConfigError for two readings.
+
+        Where nothing proves a mark, a point is one, and 1,041 has two.
+        """
+        found = [readings(text)[self.mark]] if self.mark in readings(text) else meanings(text)
+        if len(found) > 1:
+            words = f"is {' or '.join(found)}; write the one that is meant, with a point for decimals"
+            raise ConfigError(f"{self.path}: {place} = {text!r}: {words}")
+        return found[0] if found else None
 
 
 def read_cells(path: str | Path) -> Cells:

@@ -23,7 +23,7 @@ PLAIN_VALUE = "(plain value)"
 class Section(BaseModel):
     """A mapping in a YAML file: unknown keys, NaN, infinity, and truth values for numbers or texts are refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     @model_validator(mode="before")
     @classmethod

@@ -511,6 +511,27 @@ class Asked(NamedTuple):
     x: str = ""
 
 
+ASKED: dict[type[SetupConfig], dict[str, Asked]] = {
+    AluminaImpactConfig: {
+        name: Asked(unit, "angle of incidence from the normal [deg]") for name, unit in IMPACT.items()
+    },
+    ElasticImpactConfig: {SURFACE: Asked("-", "tangential over mu times normal velocity before the impact [-]")},
+    BeadDrumConfig: {
+        FLOW_SPEED: Asked("m/s", "place along the normal of the surface, from the axis [m]"),
+        SURFACE_ANGLE: Asked("deg"),
+        STILL_PLACE: Asked("m"),
+    },
+    ReposeDrumConfig: {REPOSE: Asked("deg")},
+    ShakenBoxConfig: {LOST: Asked("-", "amplitude over free gap, A / G [-]")},
+    LeafSpringConfig: {SWING: Asked("-", "time [s]")},
+    ShakenPlateConfig: {
+        PLATE_POWER: Asked("-", "peak acceleration of the plate [g]"),
+        PLATE_MEAN: Asked("-"),
+        LOSS_EXPONENT: Asked("-"),
+    },
+}
+
+
 def with_number(quantity: str, number: int, settings: TumblingConfig) -> str:
     """A quantity of a tumbling mill, with the number of balls unless it is the first of the set-up."""
     return quantity if number == settings.numbers[0] else f"{quantity}, {number} balls"
@@ -518,26 +539,7 @@ def with_number(quantity: str, number: int, settings: TumblingConfig) -> str:
 
 def quantities_of(setup: SetupConfig) -> dict[str, Asked]:
     """The quantities of a set-up by name."""
-    if isinstance(setup, TumblingConfig):
-        return _of_tumbling(setup)
-    if isinstance(setup, AluminaImpactConfig):
-        return {name: Asked(unit, "angle of incidence from the normal [deg]") for name, unit in IMPACT.items()}
-    if isinstance(setup, ElasticImpactConfig):
-        return {SURFACE: Asked("-", "tangential over mu times normal velocity before the impact [-]")}
-    if isinstance(setup, BeadDrumConfig):
-        place = "place along the normal of the surface, from the axis [m]"
-        return {FLOW_SPEED: Asked("m/s", place), SURFACE_ANGLE: Asked("deg"), STILL_PLACE: Asked("m")}
-    known: dict[type[SetupConfig], dict[str, Asked]] = {
-        ReposeDrumConfig: {REPOSE: Asked("deg")},
-        ShakenBoxConfig: {LOST: Asked("-", "amplitude over free gap, A / G [-]")},
-        LeafSpringConfig: {SWING: Asked("-", "time [s]")},
-        ShakenPlateConfig: {
-            PLATE_POWER: Asked("-", "peak acceleration of the plate [g]"),
-            PLATE_MEAN: Asked("-"),
-            LOSS_EXPONENT: Asked("-"),
-        },
-    }
-    return known[type(setup)]
+    return _of_tumbling(setup) if isinstance(setup, TumblingConfig) else ASKED[type(setup)]
 
 
 def _of_tumbling(setup: TumblingConfig) -> dict[str, Asked]:

@@ -322,12 +322,6 @@ class PredictionConfig(Section):
     # prediction [-].
     correlation_min: ClassVar[float] = 0.5
 
-    @model_validator(mode="after")
-    def _small(self) -> "PredictionConfig":
-        if self.tolerance > 1:
-            raise ValueError(f"tolerance = {self.tolerance:g}: at most 1, a whole range on either side")
-        return self
-
 
 class SearchConfig(Section):
     """The search by hyperopt's tree-structured Parzen estimator (thesis Sec. 5.2.6)."""

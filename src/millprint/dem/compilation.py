@@ -23,7 +23,8 @@ from tqdm import tqdm
 
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import SimulationError
-from millprint.config.mill import CircleMotion, MillConfig, PostGeometry, StadiumGeometry
+from millprint.config.mill import MillConfig, PostGeometry, StadiumGeometry
+from millprint.config.motion_kinds import CircleMotion
 from millprint.config.sweep import Case, DemConfig, ball_count
 from millprint.dem.advance import apply_forces, can_step
 from millprint.dem.laws.registry import mark_of

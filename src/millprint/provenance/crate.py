@@ -28,7 +28,8 @@ from rocrate.rocrate import ROCrate
 from millprint.card.card_files import CITATION
 from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
-from millprint.config.load import CONTACT_FOLDER, MILL_FOLDER, Sources
+from millprint.config.included import SOURCES as INCLUDED
+from millprint.config.load import CONTACT_FOLDER, MILL_FOLDER
 from millprint.config.workflow import ProvenanceConfig
 from millprint.provenance.lineage import CRATE, SOURCES, UNCHECKED, Job, Lineage, is_described, places, recorded, trace
 from millprint.run.digest import digest
@@ -401,7 +402,6 @@ def _copy(sources: set[str], folder: Path) -> dict[str, KnownFile]:
     return copies
 
 
-PROJECT = Path(__file__).parents[3]
 # The last line of a job's log, from millprint.run.job.
 DONE = re.compile(r": done in [\d.]+ s$", re.MULTILINE)
 # The log of a job with several simulations has a line for each, and each also has a separate log.
@@ -428,16 +428,8 @@ def targets_of(folder: Path, jobs: Mapping[str, Job], own_rule: str) -> list[str
 
 def recipe_of(folder: Path) -> tuple[list[str], list[str]]:
     """The files of mills and contact sets that a run names, and the files of the workflow, the main one first."""
-    _, mills, contacts, _ = load_workflow(read_configuration(folder), [str(folder / CONFIGURATION)], Sources(_shipped))
-    find = Sources(_shipped).find
-    sources = [find(f"{MILL_FOLDER}/{name}.yaml") for name in mills]
-    sources += [find(f"{CONTACT_FOLDER}/{name}.yaml") for name in contacts]
-    workflow = Path("workflow") if Path("workflow/Snakefile").is_file() else PROJECT / "workflow"
-    if not (workflow / "Snakefile").is_file():
-        raise ConfigError(f"{folder / CRATE}: no workflow/Snakefile here; use the target `crate` of Snakemake instead")
-    return sources, [str(workflow / "Snakefile"), *sorted(map(str, workflow.glob("rules/*.smk")))]
-
-
-def _shipped(path: str) -> str | None:
-    """The location of a file of this checkout; None if it has no such file."""
-    return str(PROJECT / path) if (PROJECT / path).exists() else None
+    _, mills, contacts, _ = load_workflow(read_configuration(folder), [str(folder / CONFIGURATION)], INCLUDED)
+    sources = [INCLUDED.find(f"{MILL_FOLDER}/{name}.yaml") for name in mills]
+    sources += [INCLUDED.find(f"{CONTACT_FOLDER}/{name}.yaml") for name in contacts]
+    main = Path(INCLUDED.find("workflow/Snakefile"))
+    return sources, [str(main), *sorted(map(str, main.parent.glob("rules/*.smk")))]
