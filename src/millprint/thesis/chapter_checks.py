@@ -9,11 +9,11 @@ from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.included import SOURCES
 from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import FEWEST_FILLS
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import Case
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.dose.wear import read_materials
-from millprint.fingerprint.descriptors import FEWEST_FILLS
 from millprint.fingerprint.sweep_checks import unknown_faults
 from millprint.run.tables import Text, read_measured
 from millprint.thesis.claims.conclusions import read_conclusions, read_stored
