@@ -15,7 +15,9 @@ function adviceFor(explorer, found) {
     avoid.push(`A decision on these settings: ${names} ${found.outside.length > 1 ? "were" : "was"} not simulated here, and the scaling laws were not tested so far from the simulations.`);
   }
   const unknown = Object.keys(RESULTS).filter((name) => Number.isNaN(found[name].lower + found[name].upper));
-  if (unknown.length) {
+  if (fingerprint.isUnknown(fingerprint.point(fingerprint.whole(state)))) {
+    avoid.push("Any decision: in a simulated condition next to this one, all balls move as one layer and nothing hits. Take a higher fill ratio.");
+  } else if (unknown.length) {
     const names = listed(unknown.map((name) => RESULTS[name].label.replace(/^[A-Z](?=[a-z])/, (letter) => letter.toLowerCase())));
     avoid.push(`A decision by the ${names}: not known here. More simulations tell: millprint fingerprint ${mill.name} --config 'mills={precision: fine}'.`);
   } else if (!found.outside.length) {

@@ -447,7 +447,8 @@ MOTIONS: Mapping[str, Motion] = {
     "no_impacts": Motion(
         "no impacts",
         "all balls move with the wall or slide on it, as one layer that goes round or rests, and nothing hits; curves "
-        "leave it out: take a higher fill ratio or another speed",
+        "leave it out, and nothing is known from there to the next fill ratio with impacts: take a higher one, or "
+        "another speed",
     ),
     "stuck": Motion(
         "stuck",
