@@ -11,6 +11,7 @@ import json
 import math
 import time
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +67,7 @@ def conditions(kind: Kind, part: str) -> Iterator[dict[str, float]]:
 
 def design(kind: Kind, part: str, count: int) -> pd.DataFrame:
     """The first `count` conditions of a part, a row each, and the groups that they have; index: their number."""
-    rows = [condition for _, condition in zip(range(count), conditions(kind, part), strict=False)]
+    rows = list(islice(conditions(kind, part), count))
     groups = [kind.groups_of(row) for row in rows]
     table = pd.DataFrame({"kind": kind.name, "part": part, "row": np.arange(count)})
     return pd.concat(

@@ -11,7 +11,7 @@ their scales. Training mills are compared by cross-validation; held-out mills ar
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,6 +20,7 @@ import pandas as pd
 from sklearn.ensemble import HistGradientBoostingRegressor
 from sklearn.linear_model import Ridge
 from sklearn.model_selection import KFold
+from sklearn.neighbors import KNeighborsRegressor
 from sklearn.neural_network import MLPRegressor
 
 from millprint.atlas.atlas_model import (
@@ -281,11 +282,6 @@ def _of_number(rows: Rows, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return inputs[own], rows.fitted[name][own], rows.noise[name][own], own
 
 
-def fit_surfaces(rows: Rows, names: Iterable[str] = FITTED) -> dict[str, Surface]:
-    """The surfaces of some of FITTED."""
-    return {name: fit_surface(*_of_number(rows, name))[0] for name in names}
-
-
 def fit_kind(kind: Kind, rows: Rows) -> KindModel:
     """The model of a kind."""
     surfaces, without = {}, {}
@@ -345,7 +341,7 @@ Model = Callable[[Kind, Rows, Rows], Answer]
 
 def atlas(kind: Kind, training: Rows, test: Rows) -> Answer:
     """The model that ships: power laws and Gaussian processes."""
-    surfaces = fit_surfaces(training, MARKED)
+    surfaces = {name: fit_surface(*_of_number(training, name))[0] for name in MARKED}
     centres = np.column_stack([training.inputs, training.hits])
     hits = logistic(fit_hits(training).at(test.inputs, centres)) > HITS
     inputs = np.column_stack([test.inputs, hits])
@@ -380,13 +376,13 @@ def scaling_law(kind: Kind, training: Rows, test: Rows) -> Answer:
 
 def nearest(kind: Kind, training: Rows, test: Rows) -> Answer:
     """The numbers over their scales of the simulated condition nearest in the groups."""
-    return _of_rows(kind, training, test, lambda inputs, values: _Nearest(inputs, values))
+    return _of_rows(kind, training, test, KNeighborsRegressor(1).fit)
 
 
 def linear(kind: Kind, training: Rows, test: Rows) -> Answer:
     """A linear model in the logarithms of the groups, without what the kind derives from them."""
     width = len(kind.groups)
-    return _of_rows(kind, training, test, lambda inputs, values: Ridge(1e-3).fit(inputs, values), width)
+    return _of_rows(kind, training, test, Ridge(1e-3).fit, width)
 
 
 def boosting(kind: Kind, training: Rows, test: Rows) -> Answer:
@@ -401,15 +397,6 @@ def networks(kind: Kind, training: Rows, test: Rows) -> Answer:
     return _of_rows(kind, training, test, lambda inputs, values: _OnLinear(
         [MLPRegressor(hidden_layer_sizes=(24, 24), activation="tanh", solver="lbfgs", alpha=1.0, max_iter=250,
                       random_state=seed) for seed in range(NETWORKS)], inputs, values))  # fmt: skip
-
-
-class _Nearest:
-    def __init__(self, inputs: np.ndarray, values: np.ndarray) -> None:
-        self.inputs, self.values = inputs, values
-
-    def predict(self, inputs: np.ndarray) -> np.ndarray:
-        distances = ((inputs[:, None] - self.inputs[None]) ** 2).sum(axis=2)
-        return self.values[distances.argmin(axis=1)]
 
 
 class _OnLinear:
@@ -451,22 +438,21 @@ MODELS: dict[str, Model] = {
 def errors(kind: Kind, test: Rows, answer: Answer) -> pd.DataFrame:
     """Relative errors [-] of an answer, a row each, a column for each of MARKS; NaN where nothing is hit."""
     actual = scaled(test.table, kind)
-    found = {name: np.exp(answer[name] - actual[name].to_numpy()) - 1 for name in MARKS}
-    table = pd.DataFrame(found)
-    table.loc[~test.hits, [name for name in MARKS if name != "wall_power_W"]] = np.nan
-    return table
+    return _where_hit({name: np.exp(answer[name] - actual[name].to_numpy()) - 1 for name in MARKS}, test)
 
 
-def folds(rows: Rows) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Training and test rows of each fold."""
-    yield from KFold(FOLDS, shuffle=True, random_state=SEED).split(rows.inputs)
+def _where_hit(found: dict, test: Rows) -> pd.DataFrame:
+    """Numbers of MARKS by name as a table, NaN but for the power where nothing is hit."""
+    return pd.DataFrame(
+        {name: np.where(test.hits | (name == "wall_power_W"), own, np.nan) for name, own in found.items()}
+    )
 
 
 def cross_validated(kind: Kind, rows: Rows, model: Model, share: float = 1.0) -> dict[str, Any]:
     """The median error of a model on rows that it has not seen, by cross-validation with a share of the rows of each
     fold, and how many these are."""
     parts, used = [], 0
-    for own, test in folds(rows):
+    for own, test in KFold(FOLDS, shuffle=True, random_state=SEED).split(rows.inputs):
         fewer = own[: max(20, round(share * len(own)))]
         used += len(fewer)
         asked = rows.some(test).asked()
@@ -488,10 +474,7 @@ def inside(model: KindModel, test: Rows) -> pd.DataFrame:
     The interval is of one simulation, as the test's rows are.
     """
     actual, found = scaled(test.table, model.kind), model.logarithms(test.inputs)
-    held = {name: (abs(actual[name] - found[name][0]) <= found[name][1]).astype(float) for name in MARKS}
-    table = pd.DataFrame(held)
-    table.loc[~test.hits, [name for name in MARKS if name != "wall_power_W"]] = np.nan
-    return table
+    return _where_hit({name: abs(actual[name] - found[name][0]) <= found[name][1] for name in MARKS}, test)
 
 
 def judged(model: KindModel, training: Rows, test: Rows) -> pd.DataFrame:

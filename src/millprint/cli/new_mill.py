@@ -226,13 +226,13 @@ def settings_of(words: list[str], asked: list[Question]) -> dict[str, str]:
     return found
 
 
-def kind_asked() -> str:
-    """The kind of mill that the terminal answers with; asks again until it is one."""
+def choice(question: str, known: list[str], what: str, default: str = "") -> str:
+    """What the terminal answers, or the default; asks again until it is known."""
     while True:
-        text = input(f"kind of mill: {', '.join(kinds())}\n  ").strip()
-        if text in kinds():
+        text = input(question).strip() or default
+        if text in known:
             return text
-        print(f"  {text!r}: unknown kind of mill{close_to(text, kinds())}", file=sys.stderr)
+        print(f"  {text!r}: unknown {what}{close_to(text, known)}", file=sys.stderr)
 
 
 def contact_asked(chosen: str | None, quiet: bool) -> str:
@@ -241,11 +241,9 @@ def contact_asked(chosen: str | None, quiet: bool) -> str:
     from millprint.config.load import CONTACT_FOLDER
 
     known = included_contacts()
-    while chosen is None and not quiet:
-        text = input(f"contact: how balls bounce and rub, one of {', '.join(known)}\n  [{ASSUMED}] ").strip() or ASSUMED
-        if text in known:
-            return text
-        print(f"  {text}: unknown contact set{close_to(text, known)}", file=sys.stderr)
+    if chosen is None and not quiet:
+        question = f"contact: how balls bounce and rub, one of {', '.join(known)}\n  [{ASSUMED}] "
+        return choice(question, known, "contact set", ASSUMED)
     chosen = chosen or ASSUMED
     if chosen not in known:
         raise ConfigError(f"--contact {chosen}: unknown contact set{close_to(chosen, known)}: {CONTACT_FOLDER}")
@@ -279,7 +277,7 @@ def main(arguments: list[str], name: str = "new") -> int:
     if options.kind is None:
         if quiet:
             raise ConfigError(f"millprint new: name the kind of mill: {', '.join(kinds())}")
-        options.kind = kind_asked()
+        options.kind = choice(f"kind of mill: {', '.join(kinds())}\n  ", kinds(), "kind of mill")
     template = read_template(options.kind)
     asked = questions(template)
     if options.list:

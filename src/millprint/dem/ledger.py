@@ -43,28 +43,15 @@ def ledger_series(samples: np.ndarray) -> pd.DataFrame:
     return series
 
 
-# Ledger in a summary [J]: work of walls and gravity, dissipated and stored energies, and the imbalance.
-LEDGER_CHANNELS = (
-    "wall_work",
-    "gravity_work",
-    "normal_damping",
-    "tangential_damping",
-    "sliding",
-    "rolling",
-    "kinetic_change",
-    "elastic_change",
-    "imbalance",
-)
+# Dissipated energies of the ledger.
+DISSIPATED = ("normal_damping", "tangential_damping", "sliding", "rolling")
 
 
 def ledger_summary(series: pd.DataFrame) -> dict[str, float]:
-    """Totals of each channel over the series [J]; imbalance is work less what is dissipated and stored."""
-    last, first = series.iloc[-1], series.iloc[0]
-    totals = {
-        "kinetic_change": float(last["kinetic_J"] - first["kinetic_J"]),
-        "elastic_change": float(last["elastic_J"] - first["elastic_J"]),
-    }
-    return {name: totals[name] if name in totals else float(last[f"{name}_J"]) for name in LEDGER_CHANNELS}
+    """Work of walls and gravity, dissipated and stored energies over the series [J], and imbalance: what is left."""
+    last, change = series.iloc[-1], series.iloc[-1] - series.iloc[0]
+    totals = {name: float(last[f"{name}_J"]) for name in ("wall_work", "gravity_work", *DISSIPATED, "imbalance")}
+    return totals | {f"{name}_change": float(change[f"{name}_J"]) for name in ("kinetic", "elastic")}
 
 
 def work_scale(series: pd.DataFrame) -> float:

@@ -54,26 +54,25 @@ class Geometry:
 
     def foot(self, feature: np.ndarray, points: np.ndarray) -> np.ndarray:
         """The point (n, 3) of wall feature (n,) that is nearest to points (n, 3), all in the body frame [m]."""
-        feet = np.empty_like(points, dtype=float)
-        facets, edges, corners = len(self.facet_normal), len(self.edge_m), len(self.corner_m)
-        on = feature < facets
-        normal, offset = self.facet_normal[feature[on]], self.facet_offset_m[feature[on]]
-        feet[on] = points[on] - ((points[on] * normal).sum(axis=1) - offset)[:, None] * normal
-        on = (feature >= facets) & (feature < facets + edges)
-        start, end = np.moveaxis(self.edge_m[feature[on] - facets], 1, 0)
-        along = ((points[on] - start) * (end - start)).sum(axis=1) / ((end - start) ** 2).sum(axis=1)
-        feet[on] = start + np.clip(along, 0, 1)[:, None] * (end - start)
-        on = (feature >= facets + edges) & (feature < facets + edges + corners)
-        feet[on] = self.corner_m[feature[on] - facets - edges]
-        for number in range(len(self.curves)):
-            on = feature == facets + edges + corners + number
+        first = np.cumsum([0, *(len(getattr(self, name)) for name in FEATURES)])
+        kind = np.searchsorted(first, feature, side="right") - 1
+        local, feet = feature - first[kind], np.empty_like(points, dtype=float)
+        facets, edges, corners, curves, rims, creases = (kind == number for number in range(len(FEATURES)))
+        normal, offset = self.facet_normal[local[facets]], self.facet_offset_m[local[facets]]
+        feet[facets] = points[facets] - ((points[facets] * normal).sum(axis=1) - offset)[:, None] * normal
+        start, end = np.moveaxis(self.edge_m[local[edges]], 1, 0)
+        along = ((points[edges] - start) * (end - start)).sum(axis=1) / ((end - start) ** 2).sum(axis=1)
+        feet[edges] = start + np.clip(along, 0, 1)[:, None] * (end - start)
+        feet[corners] = self.corner_m[local[corners]]
+        for number in np.unique(local[curves]):
+            on = curves & (local == number)
             distance, direction, _ = touch_points(self.curves, number, points[on])
             feet[on] = points[on] - distance[:, None] * direction
-        for number, rim in enumerate(self.rims):
-            on = feature == facets + edges + corners + len(self.curves) + number
-            feet[on] = nearest_on_circle(rim, points[on])
-        for number in range(len(self.creases)):
-            on = feature == facets + edges + corners + len(self.curves) + len(self.rims) + number
+        for number in np.unique(local[rims]):
+            on = rims & (local == number)
+            feet[on] = nearest_on_circle(self.rims[number], points[on])
+        for number in np.unique(local[creases]):
+            on = creases & (local == number)
             feet[on] = crease_feet(self.creases, number, points[on])
         return feet
 

@@ -1,6 +1,5 @@
 """What a simulation by LAMMPS takes, estimated. The Snakefile imports this, so no heavy imports here."""
 
-import math
 from dataclasses import replace
 
 from millprint.config.contact_set import ContactConfig
@@ -50,5 +49,4 @@ def lammps_resources(case: Case, dem: EngineConfig, mill: MillConfig, contact: C
         seconds=processor_s,
         processor_s=processor_s,
         processor_max_s=processor_s,
-        memory_mb=math.ceil(own.memory_mb),
     )
