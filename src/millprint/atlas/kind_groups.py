@@ -46,7 +46,7 @@ class Dimension:
 class Group:
     """A dimensionless group with its range in the atlas.
 
-    formula: in symbols; reason: why it decides; drops_out: the limit in which it does not.
+    formula: in symbols; reason: why it decides.
     """
 
     name: str
@@ -55,7 +55,6 @@ class Group:
     low: float
     high: float
     reason: str
-    drops_out: str
     logarithmic: bool = True
 
     def at(self, share: float) -> float:
@@ -92,32 +91,28 @@ SETTINGS = (
     Dimension("rolling_friction", "rolling friction of the balls [-]", 0, 1),
 )
 CONTACT = (
-    Group("restitution", "e", "e", 0.25, 0.95, "what a hit keeps of its energy", "never", logarithmic=False),
-    Group("static_friction", "mu", "mu", 0.1, 0.8, "shear between balls, and how a bed is lifted",
-          "one ball; mu large enough that nothing slides"),
-    Group("wall_static_friction", "mu_w", "mu_w", 0.1, 0.8, "what the wall can carry along",
-          "mu_w large enough that nothing slides"),
-    Group("rolling_friction", "mu_r", "mu_r", 0.003, 0.06, "loss of balls that roll", "hits, not rolling, dissipate"),
-)  # fmt: skip
+    Group("restitution", "e", "e", 0.25, 0.95, "what a hit keeps of its energy", logarithmic=False),
+    Group("static_friction", "mu", "mu", 0.1, 0.8, "shear between balls, and how a bed is lifted"),
+    Group("wall_static_friction", "mu_w", "mu_w", 0.1, 0.8, "what the wall can carry along"),
+    Group("rolling_friction", "mu_r", "mu_r", 0.003, 0.06, "loss of balls that roll"),
+)
 
 
 def softness(low: float = 2e-5) -> Group:
     """Stress of a hit over the stiffness of the balls."""
-    return Group("softness", "rho v^2/E", "rho ((2 pi f A)^2 + 4 g R) / E", low, 2.5e-4,
-                 "time in contact: it parts a rubbing contact into many, and so decides E*_t and f*_t, not power",
-                 "for power and hits: balls as stiff as steel")  # fmt: skip
+    reason = "time in contact: it parts a rubbing contact into many, and so decides E*_t and f*_t, not power"
+    return Group("softness", "rho v^2/E", "rho ((2 pi f A)^2 + 4 g R) / E", low, 2.5e-4, reason)
 
 
 def fill(low: float, high: float) -> Group:
     """Volume of the balls over that of the jar."""
-    return Group("fill", "phi", "n pi d^3 / (6 V)", low, high,
-                 "room of a ball before it meets another; the wall layers of the bed", "one ball")  # fmt: skip
+    reason = "room of a ball before it meets another; the wall layers of the bed"
+    return Group("fill", "phi", "n pi d^3 / (6 V)", low, high, reason)
 
 
 def ball(low: float, high: float) -> Group:
     """Size of the balls."""
-    return Group("ball", "d/R", "d / R", low, high, "balls over the radius of the jar: how many layers a bed has",
-                 "d / R to 0: a continuum")  # fmt: skip
+    return Group("ball", "d/R", "d / R", low, high, "balls over the radius of the jar: how many layers a bed has")
 
 
 @dataclass(frozen=True)

@@ -239,14 +239,14 @@ def weighted_energy(energy: np.ndarray, turns: np.ndarray) -> float:
     return float(squares_of(energy, turns).sum() / total) if total > 0 else 0.0
 
 
-def strongest(energy: np.ndarray, turns: np.ndarray, share: float = STRONG_SHARE) -> np.ndarray:
-    """Places of the strongest contacts that hold a share of the energy of all, strongest first; none without energy."""
+def strongest(energy: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Places of the strongest contacts that hold STRONG_SHARE of all energy, strongest first; none without energy."""
     order = np.argsort(-energy / turns, kind="stable")
     held = np.cumsum(np.maximum(energy[order], 0.0))
     if not held.size or held[-1] <= 0:
         return order[:0]
     # Rounding must not take one more than the share asks for.
-    return order[: int(np.searchsorted(held, share * held[-1] * (1 - 1e-12))) + 1]
+    return order[: int(np.searchsorted(held, STRONG_SHARE * held[-1] * (1 - 1e-12))) + 1]
 
 
 def weighted_statistics(

@@ -128,9 +128,7 @@ def _sites(
     return points[inside(vessel, points, diameter / 2 * (1 + GAP), inserts)]
 
 
-def capacity(
-    vessel: Vessel, diameter_m: float, trials: int = TRIALS, inserts: Sequence[Vessel] = (), enough: int | None = None
-) -> int:
+def capacity(vessel: Vessel, diameter_m: float, inserts: Sequence[Vessel] = (), enough: int | None = None) -> int:
     """How many balls of a diameter [m] the start can place: the best of some packings in both orientations.
 
     enough: the search stops at the first packing that holds this number.
@@ -138,7 +136,7 @@ def capacity(
     most = 0
     for is_laid in (False, True):
         rng = np.random.default_rng(0)
-        for _ in range(trials):
+        for _ in range(TRIALS):
             most = max(most, len(_sites(is_laid, vessel, diameter_m, diameter_m * (1 + GAP), rng, inserts)))
             if enough is not None and most >= enough:
                 return most
@@ -175,7 +173,7 @@ def room_in_words(
 
     volume_m3: nominal, of the fill ratio; most: how many can be placed, `capacity` if left out.
     """
-    most = capacity(vessel, diameter_m, inserts=inserts) if most is None else most
+    most = capacity(vessel, diameter_m, inserts) if most is None else most
     if not most and diameter_m > widest_ball(vessel, inserts):
         return f"nowhere is room for a ball of {1e3 * diameter_m:g} mm; at most {widest_in_mm(vessel, inserts)}"
     if not most:

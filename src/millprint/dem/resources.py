@@ -141,7 +141,7 @@ class Resources:
 
     runtime_min: MARGIN times balls x steps x BALL_STEP_S, and START_MIN; runtime_max_min: the most of a request;
     memory_mb: of Python, the balls, and what the window records of snapshots and collisions; threads: of the job;
-    seconds: balls x steps x BALL_STEP_S; processor_s: what it is likely to take [s], with a window that does not grow;
+    processor_s: what it is likely to take [s], with a window that does not grow;
     processor_max_s: with the longest window;
     disk_mb: size of run.h5 [MB].
     """
@@ -150,7 +150,6 @@ class Resources:
     runtime_max_min: int
     memory_mb: int
     threads: int
-    seconds: float
     processor_s: float
     processor_max_s: float
     disk_mb: float
@@ -185,7 +184,6 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
         runtime_max_min=math.ceil(60 * dem.runtime_max_h),
         memory_mb=BASE_MB + math.ceil((COPIES * recorded + balls * BALL_BYTES) / 1e6),
         threads=threads_of(case, dem),
-        seconds=seconds,
         processor_s=LIKELY_START_S + balls * (before + case.window_s / step) * LIKELY_BALL_STEP_S,
         processor_max_s=LIKELY_START_S + balls * (before + window / step) * LIKELY_BALL_STEP_S,
         disk_mb=stored / 1e6,

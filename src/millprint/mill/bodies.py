@@ -170,15 +170,15 @@ def travel_m(bodies: Sequence[Body]) -> float:
     return largest
 
 
-def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vessel]:
-    """The inserts as solids in the vessel's frame, where they are at a time [s]."""
+def inserts_in_vessel(bodies: Sequence[Body]) -> list[Vessel]:
+    """The inserts as solids in the vessel's frame, where they are at the start."""
     vessel, zero = bodies[0], np.zeros((1, 3))
     placed = []
     for body in bodies[1:]:
         outlines = body.vessel.outlines
-        points = vessel.to_body(body.to_laboratory(outlines.points, time_s), time_s)
+        points = vessel.to_body(body.to_laboratory(outlines.points, 0.0), 0.0)
         facets = Outlines(points, outlines.loops, outlines.facets)
-        rotation, shift = (vessel.to_body(body.to_laboratory(points, time_s), time_s) for points in (np.eye(3), zero))
+        rotation, shift = (vessel.to_body(body.to_laboratory(points, 0.0), 0.0) for points in (np.eye(3), zero))
         curves = [curve.moved((rotation - shift).T, shift[0]) for curve in body.vessel.curves]
         placed.append(Vessel(facets, body.vessel.name, solid=True, curves=curves))
     return placed

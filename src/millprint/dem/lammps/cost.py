@@ -46,7 +46,6 @@ def lammps_resources(case: Case, dem: EngineConfig, mill: MillConfig, contact: C
         own,
         runtime_min=runtime_of(processor_s / ranks),
         threads=ranks,
-        seconds=processor_s,
         processor_s=processor_s,
         processor_max_s=processor_s,
     )
