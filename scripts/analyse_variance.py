@@ -23,38 +23,21 @@ def published_p(claims: str) -> dict[str, float]:
     return dict(zip(own["quantity"].str.removeprefix("p-value of "), own["value"].astype(float), strict=True))
 
 
-def draw(
-    printed: str, corrected: str, residual_table: str, claims: str, outputs: dict[str, str], factors: list[Factor]
-) -> None:
-    """Write the ranking and both figures; `outputs` has the paths pareto, pareto_figure, residuals_figure."""
-    names = {factor.symbol: factor.label for factor in factors}
-    second = read_table(corrected, numeric=["sum_of_squares"], text=["sums", "term"])
-    ranking = pareto_table(read_table(printed, text=["source", "term"]), second, published_p(claims))
-    write_table(ranking, outputs["pareto"])
-    save(pareto(ranking, names), *outputs["pareto_figure"])
-    table = read_table(residual_table, numeric=["residual_percent"], text=["case"])
-    save(residuals(table), *outputs["residuals_figure"])
-
-
-def draw_interactions(means: str, names: list[str], paths: list[str], factors: list[Factor]) -> None:
-    """Draw the panels of every figure in `names`: the mean yield for each combination of two factors' levels."""
-    table = read_table(means, numeric=["axis_code", "curve_code", "mean_yield_percent"], text=["figure"])
-    known = {factor.symbol: factor for factor in factors}
-    for name, files in zip(names, in_pairs(paths), strict=True):
-        save(interactions(table[table["figure"] == name], known), *files)
+def draw(given, made, interactions_of: list[str], factors: dict[str, Factor]) -> None:
+    """Write the ranking of the terms, and draw it, the residuals, and the panels of every figure of interactions."""
+    second = read_table(made.corrected, text=["sums", "term"])
+    ranking = pareto_table(read_table(made.printed, text=["source", "term"]), second, published_p(given.claims))
+    write_table(ranking, made.pareto)
+    save(pareto(ranking, {symbol: factor.label for symbol, factor in factors.items()}), *made.pareto_figure)
+    save(residuals(read_table(made.residuals, text=["case"])), *made.residuals_figure)
+    means = read_table(made.interactions, text=["figure"])
+    for name, files in zip(interactions_of, in_pairs(made.interaction_figures), strict=True):
+        save(interactions(means[means["figure"] == name], factors), *files)
 
 
 if "snakemake" in globals():
-    inputs, outputs, own = snakemake.input, snakemake.output, snakemake.params
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
     settings = AnalysisConfig(**own.settings)
     with job(snakemake.log[0], "analyse variance"):
-        write_analysis(inputs.screening, dict(outputs.items()), settings)
-        draw(
-            outputs.printed,
-            outputs.corrected,
-            outputs.residuals,
-            inputs.claims,
-            dict(outputs.items()),
-            settings.factors,
-        )
-        draw_interactions(outputs.interactions, own.interactions, outputs.interaction_figures, settings.factors)
+        write_analysis(given.screening, dict(made.items()), settings)
+        draw(given, made, own.interactions, {factor.symbol: factor for factor in settings.factors})

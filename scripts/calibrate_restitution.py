@@ -39,13 +39,11 @@ def main(
     interval: float,
 ) -> None:
     """Simulate drops from every height with every contact set, and add the user's measured drops."""
-    drop = (
-        time_step_s,
-        rayleigh_fraction_max,
-        settings.ball_diameter_mm * 1e-3,
-        [h * 1e-3 for h in settings.heights_mm],
-    )
-    tables = {contact.name: simulate_drops(contact, *drop) for contact in contacts}
+    diameter, heights = settings.ball_diameter_mm * 1e-3, [h * 1e-3 for h in settings.heights_mm]
+    tables = {
+        contact.name: simulate_drops(contact, time_step_s, rayleigh_fraction_max, diameter, heights)
+        for contact in contacts
+    }
     if settings.measured:
         tables[MEASURED] = read_heights(settings.measured).assign(contact=MEASURED)
         found = restitution_over_speed(tables[MEASURED], interval)
@@ -57,34 +55,14 @@ def main(
     write_table(pd.DataFrame(rows), output.restitution)
 
 
-def draw_drops(drops_path: str, restitution_path: str, svg: str, png: str) -> None:
-    """Draw every drop and the mean of each contact set."""
-    drops = read_table(drops_path, numeric=["drop_height_mm", "restitution"], text=["contact"])
-    means = read_table(restitution_path, numeric=["mean", "lower", "upper"], text=["contact"])
-    save(plot_drops(drops, means), svg, png)
-
-
-def draw_fit(track_path: str, fit_path: str, profile_path: str, paths_path: str, svg: str, png: str) -> None:
-    """Draw a track with its fit and the profiles of both coefficients."""
-    track = read_table(track_path, numeric=["time_s"])
-    fit = read_table(fit_path, numeric=["estimate", "lower", "upper"], text=["parameter"])
-    profile = read_table(profile_path, numeric=["value", "excess", "threshold"], text=["parameter"])
-    paths = read_table(paths_path, numeric=["time_s", "across_mm", "height_mm"], text=["path"])
-    save(plot_friction_fit(track, paths, fit, profile), svg, png)
-
-
 if "snakemake" in globals():
-    given, made = snakemake.input, snakemake.output
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "calibrate restitution"):
-        main(
-            made,
-            [ContactConfig(**contact) for contact in snakemake.params.contacts],
-            snakemake.params.time_step_s,
-            snakemake.params.rayleigh_fraction_max,
-            DropTestConfig(**snakemake.params.settings),
-            snakemake.params.interval,
-        )
-        draw_drops(made.drops, made.restitution, *made.drops_figure)
-        tables = zip(given.track, given.fit, given.profile, given.paths, strict=True)
+        contacts = [ContactConfig(**contact) for contact in own.contacts]
+        settings = DropTestConfig(**own.settings)
+        main(made, contacts, own.time_step_s, own.rayleigh_fraction_max, settings, own.interval)
+        drops, means = (read_table(path, text=["contact"]) for path in (made.drops, made.restitution))
+        save(plot_drops(drops, means), *made.drops_figure)
+        tables = zip(given.track, given.paths, given.fit, given.profile, strict=True)
         for files, figure in zip(tables, in_pairs(made.friction_figures), strict=True):
-            draw_fit(*files, *figure)
+            save(plot_friction_fit(*map(read_table, files)), *figure)

@@ -42,12 +42,10 @@ def main(path: str, run: str, svg: str, png: str, tsv: str, animations: list[str
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "draw the balls of the surrogates") as log:
-        files = (*(snakemake.input[name] for name in ("rollouts", "runs")),)
-        drawings = (*(snakemake.output[name] for name in ("stills", "pngs", "tsvs", "gifs")),)
-        movies = iter(snakemake.output.movies)
-        for (variant, test), rollout, run, svg, png, tsv, gif in zip(
-            snakemake.params.moved, *files, *drawings, strict=True
-        ):
-            animations = [gif, next(movies)] if test == snakemake.params.trained else [gif]
-            main(rollout, run, svg, png, tsv, animations)
+        given, made, own = snakemake.input, snakemake.output, snakemake.params
+        movies, drawings = iter(made.movies), zip(made.stills, made.pngs, made.tsvs, strict=True)
+        files = zip(own.moved, given.rollouts, given.runs, drawings, made.gifs, strict=True)
+        for (variant, test), rollout, run, drawing, gif in files:
+            animations = [gif, next(movies)] if test == own.trained else [gif]
+            main(rollout, run, *drawing, animations)
             log.info("drawn: %s, %s", variant, test)

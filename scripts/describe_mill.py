@@ -20,48 +20,28 @@ from millprint.run.files import write_table
 from millprint.run.job import job
 
 
-def main(
-    summaries: list[str],
-    records: list[str],
-    output,
-    mill: MillConfig,
-    *,
-    counting_rule: str,
-    rules: list[dict],
-    interval: float,
-    smooth_points: int,
-    spectra_rules: list[str],
-) -> None:
-    """Read the summaries of the mill's sweep and their run.h5, `records` in the same order, and write its tables."""
-    runs = read_summaries(summaries, rules)
-    descriptors = tabulate_descriptors(runs, counting_rule)
-    write_table(descriptors, output.descriptors)
+def main(given, made, own, mill: MillConfig) -> None:
+    """Read the summaries of the mill's sweep and their run.h5, in the same order, and write its tables."""
+    runs = read_summaries(given.summaries, own.rules)
+    descriptors = tabulate_descriptors(runs, own.counting_rule)
+    write_table(descriptors, made.descriptors)
     fitted = with_impacts(descriptors)
-    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, interval, charges_of(runs))
-    fills = fill_grid(fitted["fill_ratio"].unique(), smooth_points)
-    write_table(fingerprint.curve(fills)[CURVE_COLUMNS], output.curves)
-    fingerprint.write(output.fingerprint)
-    collapse = tabulate_mill_collapse(fitted, interval)
-    write_table(collapse, output.collapse)
+    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, own.interval, charges_of(runs))
+    fills = fill_grid(fitted["fill_ratio"].unique(), own.smooth_points)
+    write_table(fingerprint.curve(fills)[CURVE_COLUMNS], made.curves)
+    fingerprint.write(made.fingerprint)
+    collapse = tabulate_mill_collapse(fitted, own.interval)
+    write_table(collapse, made.collapse)
     zones = find_zones(fingerprint)
-    write_table(zones, output.zones)
-    spectra, read_off = tabulate_spectra(list(zip(records, runs, strict=True)), spectra_rules)
-    write_table(spectra, output.spectra)
-    write_table(read_off, output.spectra_summary)
+    write_table(zones, made.zones)
+    spectra, read_off = tabulate_spectra(list(zip(given.runs, runs, strict=True)), own.spectra_rules)
+    write_table(spectra, made.spectra)
+    write_table(read_off, made.spectra_summary)
     sheet = tabulate_sheet(mill, fingerprint, collapse, zones, descriptors)
-    write_table(with_rows(sheet, sheet_rows(read_off, fingerprint)), output.sheet)
+    write_table(with_rows(sheet, sheet_rows(read_off, fingerprint)), made.sheet)
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"describe {snakemake.params.mill['name']}"):
-        main(
-            snakemake.input.summaries,
-            snakemake.input.runs,
-            snakemake.output,
-            MillConfig(**snakemake.params.mill),
-            counting_rule=snakemake.params.counting_rule,
-            rules=snakemake.params.rules,
-            interval=snakemake.params.interval,
-            smooth_points=snakemake.params.smooth_points,
-            spectra_rules=snakemake.params.spectra_rules,
-        )
+    mill = MillConfig(**snakemake.params.mill)
+    with job(snakemake.log[0], f"describe {mill.name}"):
+        main(snakemake.input, snakemake.output, snakemake.params, mill)

@@ -11,15 +11,9 @@ from millprint.figures.style import save
 from millprint.run.job import job
 from millprint.view.frames import picture_mill
 
-
-def draw_geometry(output, mill: MillConfig) -> None:
-    """Draw geometry and motion, and write the points of both."""
-    picture = picture_mill(mill)
-    save(plot_geometry(picture), *output.geometry_figure, tsv=output.geometry_tsv)
-    save(plot_motion(picture), *output.motion_figure, tsv=output.motion_tsv)
-
-
 if "snakemake" in globals():
-    mill = MillConfig(**snakemake.params.mill)
+    made, mill = snakemake.output, MillConfig(**snakemake.params.mill)
     with job(snakemake.log[0], f"draw {mill.name}"):
-        draw_geometry(snakemake.output, mill)
+        picture = picture_mill(mill)
+        save(plot_geometry(picture), *made.geometry_figure, tsv=made.geometry_tsv)
+        save(plot_motion(picture), *made.motion_figure, tsv=made.motion_tsv)

@@ -52,34 +52,19 @@ def main(rolled_out: str, inputs: dict[str, str], claims: str, variant: str, tes
     }
 
 
-def step_errors(
-    weights: str, runs: list[str], rule: EdgeConfig, starts_s: dict[str, float], variant: str, threads: int
-) -> pd.DataFrame:
-    """The errors of single steps; starts_s: from where in each test, in the order of `runs`."""
-    device = choose_device(threads)
-    model, recipe = read_weights(weights, device)
-    tables = []
-    for (test, start_s), run in zip(starts_s.items(), runs, strict=True):
-        values = single_steps(model, recipe, rule, read_trajectory(run, start_s), read_scene(run), GRAPHS, device)
-        tables.append(tabulate(values, {}, test, variant))
-    return join_tables(tables)
-
-
-def evaluate_variant(given, made, own, variant: str, threads: int, log) -> None:
-    """Write the tables of a variant."""
-    parts = []
-    for test, rollout in zip(own.tests, given.rollouts, strict=True):
-        parts.append(main(rollout, of_test(test, given), given.claims, variant, test))
-        log.info("measured: %s, %s", variant, test)
-    for name in parts[0]:
-        write_table(join_tables([part[name] for part in parts]), made[name])
-    rule = EdgeConfig(**own.edges)
-    write_table(
-        step_errors(given.weights, list(given.stepped), rule, own.starts_s, variant, threads), made.single_steps
-    )
-
-
 if "snakemake" in globals():
-    variant = snakemake.wildcards.variant
+    given, made, own, variant = snakemake.input, snakemake.output, snakemake.params, snakemake.wildcards.variant
     with job(snakemake.log[0], f"evaluate {variant}") as log:
-        evaluate_variant(snakemake.input, snakemake.output, snakemake.params, variant, snakemake.threads, log)
+        parts = []
+        for test, rollout in zip(own.tests, given.rollouts, strict=True):
+            parts.append(main(rollout, of_test(test, given), given.claims, variant, test))
+            log.info("measured: %s, %s", variant, test)
+        for name in parts[0]:
+            write_table(join_tables([part[name] for part in parts]), made[name])
+        device, rule = choose_device(snakemake.threads), EdgeConfig(**own.edges)
+        model, recipe = read_weights(given.weights, device)
+        tables = []
+        for (test, start_s), run in zip(own.starts_s.items(), given.stepped, strict=True):
+            values = single_steps(model, recipe, rule, read_trajectory(run, start_s), read_scene(run), GRAPHS, device)
+            tables.append(tabulate(values, {}, test, variant))
+        write_table(join_tables(tables), made.single_steps)

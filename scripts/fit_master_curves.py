@@ -10,8 +10,6 @@ Outputs: `descriptors`, `counting_rules`, `cycles`, `densities`, `table_3_5`; fo
 `coverage`, `fingerprint`; `collapse`, `universal`, `exponents`, `zones`; `inverse` (speeds) and `ranked` (conditions).
 """
 
-from types import SimpleNamespace
-
 import pandas as pd
 
 from millprint.config.charge import ONE_SIZE
@@ -49,58 +47,40 @@ from millprint.thesis.scaling import (
 FILES = ("means", "curves", "coverage", "fingerprint")
 
 
-def tabulate_conditions(
-    summary_paths: list[str],
-    rules: list[dict],
-    published_paths: list[str],
-    output,
-    mill: str,
-    counting_rule: str,
-    fill_ratio: float,
-) -> None:
+def tabulate_conditions(given, made, own) -> None:
     """Read all summaries and write the five tables; revolutions are compared at one fill ratio."""
-    summaries = read_summaries(summary_paths, rules)
-    cycles, published = tabulate_cycles(summaries), published_cycles(read_published(*published_paths))
-    write_table(tabulate_descriptors(summaries, counting_rule), output.descriptors)
+    summaries = read_summaries(given.summaries, own.rules)
+    cycles, published = tabulate_cycles(summaries), published_cycles(read_published(*given.published))
+    write_table(tabulate_descriptors(summaries, own.counting_rule), made.descriptors)
     # The chapters are of balls of one size.
-    write_table(tabulate_counting_rules(summaries).drop(columns=CHARGE), output.counting_rules)
-    write_table(cycles, output.cycles)
-    write_table(tabulate_published(cycles, published, mill, fill_ratio), output.table_3_5)
-    write_table(tabulate_densities(summaries, fill_ratio), output.densities)
+    write_table(tabulate_counting_rules(summaries).drop(columns=CHARGE), made.counting_rules)
+    write_table(cycles, made.cycles)
+    write_table(tabulate_published(cycles, published, own.mill, own.cycle_fill_ratio), made.table_3_5)
+    write_table(tabulate_densities(summaries, own.cycle_fill_ratio), made.densities)
 
 
-def fit_contact(
-    descriptors_path: str, output, mill: str, contact: str, volume_m3: float, interval: float, smooth_points: int
-) -> None:
-    """Average the descriptors of one mill and contact set, and fit the fingerprint."""
-    conditions = conditions_of(read_descriptors(descriptors_path), mill, contact)
+def fit_contact(descriptors: pd.DataFrame, contact: str, made: dict[str, str], own) -> None:
+    """Average the descriptors of the mill with one contact set, and fit the fingerprint; made: paths by FILES."""
+    conditions = conditions_of(descriptors, own.mill, contact)
     built = as_built(conditions)
-    write_table(average_curves(built), output.means)
-    fingerprint = Fingerprint.fit(conditions, volume_m3, interval)
-    write_table(fingerprint.curve(fill_grid(built["fill_ratio"].unique(), smooth_points))[CURVE_COLUMNS], output.curves)
-    write_table(tabulate_coverage(fingerprint), output.coverage)
-    fingerprint.write(output.fingerprint)
+    write_table(average_curves(built), made["means"])
+    fingerprint = Fingerprint.fit(conditions, own.volume_m3, own.interval)
+    fills = fill_grid(built["fill_ratio"].unique(), own.smooth_points)
+    write_table(fingerprint.curve(fills)[CURVE_COLUMNS], made["curves"])
+    write_table(tabulate_coverage(fingerprint), made["coverage"])
+    fingerprint.write(made["fingerprint"])
 
 
-def measure_scaling(
-    descriptors_path: str,
-    counting_rules_path: str,
-    fingerprints: list[str],
-    output,
-    mill: str,
-    contacts: list[str],
-    interval: float,
-) -> None:
-    """Write collapse, universal curves and zones of `mill`, and the exponents of every mill of the sweeps."""
-    descriptors = read_descriptors(descriptors_path)
+def measure_scaling(descriptors: pd.DataFrame, made, own) -> None:
+    """Write collapse, universal curves and zones of the mill, and the exponents of every mill of the sweeps."""
     # The chapters are of balls of one size.
-    counting_rules = read_table(counting_rules_path).assign(**{CHARGE: ONE_SIZE})
-    own = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
-    write_table(tabulate_collapse(own), output.collapse)
-    write_table(average_curves(universal_descriptors(at_shared_fills(as_built(own)))), output.universal)
-    write_table(fit_exponents(descriptors, counting_rules, interval), output.exponents)
-    zones = pd.concat([find_zones(Fingerprint.read(path)) for path in fingerprints], ignore_index=True)
-    write_table(zones, output.zones)
+    counting_rules = read_table(made.counting_rules).assign(**{CHARGE: ONE_SIZE})
+    chosen = descriptors[(descriptors["mill"] == own.mill) & descriptors["contact"].isin(own.contacts)]
+    write_table(tabulate_collapse(chosen), made.collapse)
+    write_table(average_curves(universal_descriptors(at_shared_fills(as_built(chosen)))), made.universal)
+    write_table(fit_exponents(descriptors, counting_rules, own.interval), made.exponents)
+    zones = pd.concat([find_zones(Fingerprint.read(path)) for path in made.fingerprint], ignore_index=True)
+    write_table(zones, made.zones)
 
 
 def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse: InverseConfig) -> pd.DataFrame:
@@ -142,13 +122,11 @@ if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "fit master curves") as log:
         log.info("%d simulations", len(given.summaries))
-        named = own.mill, own.counting_rule, own.cycle_fill_ratio
-        tabulate_conditions(given.summaries, own.rules, given.published, made, *named)
+        tabulate_conditions(given, made, own)
+        descriptors = read_descriptors(made.descriptors)
         for number, contact in enumerate(own.contacts):
-            output = SimpleNamespace(**{name: made[name][number] for name in FILES})
-            fit_contact(made.descriptors, output, own.mill, contact, own.volume_m3, own.interval, own.smooth_points)
+            fit_contact(descriptors, contact, {name: made[name][number] for name in FILES}, own)
             log.info("fitted: %s", contact)
-        tables = made.descriptors, made.counting_rules, made.fingerprint
-        measure_scaling(*tables, made, own.mill, own.contacts, own.interval)
+        measure_scaling(descriptors, made, own)
         fingerprints = dict(zip(own.contacts, made.fingerprint, strict=True))
         invert(fingerprints, given.published, made, InverseConfig(**own.inverse))

@@ -23,12 +23,12 @@ from millprint.thesis.doe.wet_lab import fit_wear, read_wear, said_of_wear, wear
 from millprint.thesis.figures.chapter2_figures import plot_mill_wear, plot_wear
 
 
-def main(conditions_path: str, inputs, output, settings: WearConfig, machine: dict[str, str], log) -> None:
+def main(inputs, output, settings: WearConfig, machine: dict[str, str], log) -> None:
     """Write the weighings with their predictions, the coefficient, and the wear at every condition.
 
     machine: mill and contact set of the weighings, and the counting rule of the factors by contact parameters.
     """
-    conditions = read_table(conditions_path, text=CONDITION[:2])
+    conditions = read_table(output.conditions, text=CONDITION[:2])
     own = conditions[(conditions["mill"] == machine["mill"]) & (conditions["contact"] == machine["contact"])]
     materials = read_materials(inputs.materials, settings.material)
     weighings = wear_table(read_wear(inputs.weighings))
@@ -41,38 +41,22 @@ def main(conditions_path: str, inputs, output, settings: WearConfig, machine: di
     write_table(wear, output.wear)
 
 
-def draw(tables, material: str) -> None:
-    """Draw the measured and the predicted wear, from the written tables."""
-    weighings = read_table(tables.fit, text=["role", "loads_from"])
-    predicted = read_table(tables.wear, text=[*CONDITION[:2], "material"])
-    figure = plot_wear(weighings, predicted, material, read_json(tables.coefficient)["said"])
-    save(figure, *tables.figure)
-
-
-def measure(runs: list[str], summaries: list[str], output) -> None:
-    """Write a row for each run, and one for each condition."""
-    table = tabulate_sliding(list(zip(runs, summaries, strict=True)))
-    write_table(table, output.runs)
-    write_table(mean_conditions(table), output.conditions)
-
-
-def predict_mills(runs: list[str], summaries: list[str], inputs, output, settings: WearConfig) -> None:
-    """Write the wear at every condition of some mills, and the figure."""
-    conditions = mean_conditions(tabulate_sliding(list(zip(runs, summaries, strict=True))))
-    # Factors by contact parameters are those of single mills; the note says that they are not in the interval.
-    known = read_materials(inputs.materials, settings.material)
-    wear = predict_wear(conditions, known, settings.charges, read_coefficient(inputs.coefficient), None)
-    write_table(wear, output.table)
-    save(plot_mill_wear(wear, settings.material), *output.figure)
-
-
 if "snakemake" in globals():
     given, made, settings = snakemake.input, snakemake.output, WearConfig(**snakemake.params.settings)
     with job(snakemake.log[0], "wear of the balls") as log:
+        sliding = tabulate_sliding(list(zip(given.runs, given.summaries, strict=True)))
+        conditions = mean_conditions(sliding)
         if made.get("table"):
-            predict_mills(given.runs, given.summaries, given, made, settings)
+            # Factors by contact parameters are those of single mills; the note says that they are not in the interval.
+            known = read_materials(given.materials, settings.material)
+            wear = predict_wear(conditions, known, settings.charges, read_coefficient(given.coefficient), None)
+            write_table(wear, made.table)
+            save(plot_mill_wear(wear, settings.material), *made.figure)
         else:
-            measure(given.runs, given.summaries, made)
+            write_table(sliding, made.runs)
+            write_table(conditions, made.conditions)
             log.info("sliding work of %d simulations: %s", len(given.runs), made.runs)
-            main(made.conditions, given, made, settings, snakemake.params.machine, log)
-            draw(made, settings.material)
+            main(given, made, settings, snakemake.params.machine, log)
+            weighings, predicted = read_table(made.fit), read_table(made.wear)
+            figure = plot_wear(weighings, predicted, settings.material, read_json(made.coefficient)["said"])
+            save(figure, *made.figure)

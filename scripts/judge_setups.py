@@ -45,16 +45,6 @@ def read_setup(name: str, given: dict) -> tuple[SetupConfig, MillConfig | None, 
     return settings, mill, {contact["name"]: ContactConfig(**contact) for contact in given["contacts"]}
 
 
-def read_predictions(path: str) -> pd.DataFrame:
-    """What is predicted of a set-up."""
-    return read_table(
-        path,
-        numeric=["x", "predicted", "lower", "upper"],
-        text=["id", "quantity", "unit", "model", "interval"],
-        may_be_blank=["x", "lower", "upper"],
-    )
-
-
 def tabulate(setups: dict[str, dict], predicted: dict[str, pd.DataFrame], points: pd.DataFrame, output) -> None:
     """Write the verdicts, counts, coverage and assumptions. By name: setups, as `read_setup` takes them, and what is
     predicted of each.
@@ -93,18 +83,14 @@ def draw_charge(
     save(plot_charge(read_table(charge_path), table, vessel, mill.geometry.axis, unit), *paths)
 
 
-def draw_bed(name: str, run: str, sizes_m: tuple[float, float], paths: tuple[str, str], tsv: str) -> None:
-    """Draw the flowing bed of a drum; sizes_m: its radius and the diameter of the balls."""
-    radius_m, diameter_m = sizes_m
-    balls = slab_of_bed(Path(run), diameter_m)
-    save(plot_bed(balls, radius_m, diameter_m, setup_named(name).title), *paths, tsv=tsv)
-
-
 if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "judge set-ups") as log:
         points = measured_points(read_measurements(given.measured, FILES))
-        predicted = {name: read_predictions(path) for name, path in zip(own.setups, given.predictions, strict=True)}
+        # Columns that may be empty, or hold numbers in one set-up and words in another.
+        text = ["id", "quantity", "unit", "model", "interval"]
+        paths = zip(own.setups, given.predictions, strict=True)
+        predicted = {name: read_table(path, text=text) for name, path in paths}
         tabulate(own.setups, predicted, points, made)
         tables = (made.verdicts, made.counts, made.coverage, made.assumptions)
         write_chapter(own.chapter, own.name, tables, own.results, made.page)
@@ -117,7 +103,8 @@ if "snakemake" in globals():
             settings, mill, _ = read_setup(name, own.setups[name])
             draw_charge(settings, mill, *paths)
             log.info("charge drawn: %s", name)
-        beds = zip(given.beds, own.beds.values(), in_pairs(made.beds), made.bed_tsvs, strict=True)
-        for name, paths in zip(own.beds, beds, strict=True):
-            draw_bed(name, *paths)
+        beds = zip(own.beds.items(), given.beds, in_pairs(made.beds), made.bed_tsvs, strict=True)
+        for (name, (radius_m, diameter_m)), run, paths, tsv in beds:
+            balls = slab_of_bed(Path(run), diameter_m)
+            save(plot_bed(balls, radius_m, diameter_m, setup_named(name).title), *paths, tsv=tsv)
             log.info("bed drawn: %s", name)

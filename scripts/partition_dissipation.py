@@ -97,13 +97,14 @@ def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionCo
 
 
 def draw(tables) -> None:
-    """Figures 4.3 to 4.5, from the written tables: yield, specific yield and converted mass per watt."""
+    """Figures 4.3 to 4.5, from the written tables, and yields against doses with the best kinetics over each."""
     cases, judged = read_table(tables.table_4_2), read_table(tables.table_4_4)
     cases = cases[cases["curves"] == "published"]
     published, ours = (judged[judged["curves"] == name] for name in ("published", "ours"))
     save(plot_yield(cases, read_table(tables.slopes)), *tables.yield_figure)
     save(plot_specific_yield(published, ours), *tables.specific_figure)
     save(plot_mass_per_watt(published, ours), *tables.mass_figure)
+    save(plot_doses(read_table(tables.doses), read_table(tables.curves)), *tables.dose_figure)
 
 
 def tabulate_doses(inputs, output, ball_diameter_m: float, density_kg_m3: float) -> None:
@@ -132,21 +133,9 @@ def tabulate_doses(inputs, output, ball_diameter_m: float, density_kg_m3: float)
         partial.write_text("\n".join(lines) + "\n")
 
 
-def draw_doses(tables) -> None:
-    """Draw yields against time, doses and hits, with the best kinetics over each, from the written tables."""
-    save(plot_doses(read_table(tables.doses), read_table(tables.curves)), *tables.dose_figure)
-
-
 if "snakemake" in globals():
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "partition dissipation"):
-        main(
-            snakemake.input.regimes,
-            snakemake.input.fingerprint,
-            snakemake.output,
-            PartitionConfig(**snakemake.params.settings),
-        )
-        draw(snakemake.output)
-        tabulate_doses(
-            snakemake.input, snakemake.output, PartitionConfig.ball_diameter_mm * 1e-3, snakemake.params.density_kg_m3
-        )
-        draw_doses(snakemake.output)
+        main(given.regimes, given.fingerprint, made, PartitionConfig(**own.settings))
+        tabulate_doses(given, made, PartitionConfig.ball_diameter_mm * 1e-3, own.density_kg_m3)
+        draw(made)

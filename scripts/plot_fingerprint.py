@@ -9,12 +9,15 @@ Outputs: each figure as SVG and PNG, `energies`, `curves` and `spectra` of each 
 pairs of both, and the points of the maps as `maps_tsvs`.
 """
 
+import numpy as np
+import pandas as pd
+
 from millprint.config.errors import ConfigError
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import shown
 from millprint.figures.dose_figures import plot_spectra
 from millprint.figures.style import in_pairs, save
-from millprint.fingerprint.descriptors import NOTHING, as_built
+from millprint.fingerprint.descriptors import as_built
 from millprint.run.files import read_table
 from millprint.run.job import job
 from millprint.thesis.figures.chapter3_and_4_figures import (
@@ -30,28 +33,25 @@ from millprint.thesis.regimes import published_curves, published_cycles, read_oc
 from millprint.thesis.scaling import conditions_of, universal_descriptors
 
 
-def draw_cycles(inputs, output, mill: str, contacts: list[str], fill_ratio: float) -> None:
-    """Draw one mill's revolutions at the fill ratio of Table 3.5."""
-    densities, cycles = read_table(inputs.densities), read_table(inputs.cycles)
-    shown = (
-        (cycles["mill"] == mill)
-        & (cycles["varied"] == NOTHING)
-        & cycles["contact"].isin(contacts)
-        & cycles["fill_ratio"].sub(fill_ratio).abs().lt(1e-9)
-    )
-    published = published_cycles(read_published(*inputs.published))
-    published = published[published["fill_ratio"].sub(fill_ratio).abs().lt(1e-9)]
-    kept = densities[(densities["mill"] == mill) & densities["contact"].isin(contacts)]
-    save(plot_cycle_densities(kept), *output.densities_figure)
-    save(plot_cycle_means(cycles[shown], published), *output.means_figure)
+def of_mill(table: pd.DataFrame, own) -> pd.DataFrame:
+    """The rows of the mill of the chapters with their contact sets."""
+    return table[(table["mill"] == own.mill) & table["contact"].isin(own.contacts)]
 
 
-def draw_master_curves(inputs, output, mill: str, contacts: list[str]) -> None:
+def draw_cycles(inputs, output, own) -> None:
+    """Draw the mill's revolutions at the fill ratio of Table 3.5."""
+    tables = of_mill(as_built(read_table(inputs.cycles)), own), published_cycles(read_published(*inputs.published))
+    shown = (table[np.isclose(table["fill_ratio"], own.cycle_fill_ratio)] for table in tables)
+    save(plot_cycle_densities(of_mill(read_table(inputs.densities), own)), *output.densities_figure)
+    save(plot_cycle_means(*shown), *output.means_figure)
+
+
+def draw_master_curves(inputs, output, own) -> None:
     """Draw the conditions, means and smooth curves with their zones, and the values that the thesis prints."""
     table, zones = read_table(inputs.descriptors), read_table(inputs.zones)
     files = zip(inputs.means, inputs.curves, in_pairs(output.energies), in_pairs(output.curves), strict=True)
-    for contact, (means, curves, energies, drawn) in zip(contacts, files, strict=True):
-        descriptors = as_built(conditions_of(table, mill, contact))
+    for contact, (means, curves, energies, drawn) in zip(own.contacts, files, strict=True):
+        descriptors = as_built(conditions_of(table, own.mill, contact))
         figure = plot_master_curves(
             descriptors,
             read_table(means),
@@ -63,15 +63,14 @@ def draw_master_curves(inputs, output, mill: str, contacts: list[str]) -> None:
         save(figure, *drawn)
 
 
-def draw_scaling(inputs, output, mill: str, contacts: list[str]) -> None:
-    """Draw the conditions of one mill after the universal scaling, and its exponents with the run's counting rule."""
-    descriptors = as_built(read_table(inputs.descriptors))
-    descriptors = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
+def draw_scaling(inputs, output, own) -> None:
+    """Draw the conditions of the mill after the universal scaling, and its exponents with the run's counting rule."""
+    descriptors = of_mill(as_built(read_table(inputs.descriptors)), own)
     universal = plot_universal_curves(universal_descriptors(descriptors), read_table(inputs.universal))
     save(universal, *output.universal_figure)
     exponents = read_table(inputs.exponents)
-    own = exponents["contact"].isin(contacts) & (exponents["counting_rule"] == descriptors["counting_rule"].iloc[0])
-    save(plot_exponents(exponents[own].dropna(subset="exponent")), *output.exponents_figure)
+    shown = exponents["contact"].isin(own.contacts) & (exponents["counting_rule"] == own.counting_rule)
+    save(plot_exponents(exponents[shown].dropna(subset="exponent")), *output.exponents_figure)
 
 
 def draw_maps(runs: dict[float, str], paths: tuple[str, str], tsv: str) -> None:
@@ -81,20 +80,13 @@ def draw_maps(runs: dict[float, str], paths: tuple[str, str], tsv: str) -> None:
     save(plot_maps([read_occupancy(path, f"fill {fill:g}") for fill, path in runs.items()]), *paths, tsv=tsv)
 
 
-def draw_spectra(spectra_path: str, title: str, paths: tuple[str, str], rule: str, chosen: dict) -> None:
-    """Draw the spectra of the chosen conditions, by one counting rule."""
-    save(plot_spectra(shown(read_spectra(spectra_path), rule, **chosen), title), *paths)
-
-
 if "snakemake" in globals():
     with job(snakemake.log[0], "plot the fingerprint"):
-        files, own = (snakemake.input, snakemake.output), snakemake.params
-        draw_cycles(*files, own.mill, own.contacts, own.cycle_fill_ratio)
-        draw_master_curves(*files, own.mill, own.contacts)
-        draw_scaling(*files, own.mill, own.contacts)
-        made = snakemake.output
+        given, made, own = snakemake.input, snakemake.output, snakemake.params
+        for draw in (draw_cycles, draw_master_curves, draw_scaling):
+            draw(given, made, own)
         for runs, *paths in zip(own.maps, in_pairs(made.maps), made.maps_tsvs, strict=True):
             draw_maps(runs, *paths)
-        spectra = zip(snakemake.input.spectra, own.titles, in_pairs(made.spectra), strict=True)
-        for spectra_path, *about in spectra:
-            draw_spectra(spectra_path, *about, own.counting_rule, own.conditions)
+        for path, title, figure in zip(given.spectra, own.titles, in_pairs(made.spectra), strict=True):
+            chosen = shown(read_spectra(path), own.counting_rule, **own.conditions)
+            save(plot_spectra(chosen, title), *figure)

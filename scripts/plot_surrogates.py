@@ -49,63 +49,39 @@ def read_measures(paths: list[str]) -> pd.DataFrame:
     return join_tables([read_table(path, text=["variant", "test", "measure"]) for path in paths])
 
 
-def collect(
-    tables: list[str], known: str, trainings: dict[str, list[str]], trained_test: str, outputs: dict[str, str]
-) -> None:
+def collect(given, made, trainings: dict[str, list[str]], trained_test: str) -> None:
     """Write the measures of each variant and of the baselines, those of each training, and both side by side.
 
     trained_test: the test on the motion of the training; all others are on motions that no training has seen.
     """
-    found = read_measures(tables)
-    controls = read_table(known, text=["rollout", "test", "measure"])
+    found = read_measures(list(given.measured))
+    controls = read_table(given.controls, text=["rollout", "test", "measure"])
     repeated = tabulate_trainings(found, trainings)
     metrics = join_tables([with_spread(found, trainings), baseline_rows(controls)])
-    write_table(with_motion(metrics, trained_test), outputs["metrics"])
-    write_table(with_motion(repeated, trained_test), outputs["trainings"])
+    write_table(with_motion(metrics, trained_test), made.metrics)
+    write_table(with_motion(repeated, trained_test), made.trainings)
     errors = found[found["measure"] == DISSIPATION].drop_duplicates("test").set_index("test")
     baselines = baseline_table(repeated, controls, errors["thesis"].to_dict(), trained_test)
-    write_table(baselines, outputs["baselines"])
-    write_table(against_baselines(baselines, next(iter(trainings))), outputs["against"])
+    write_table(baselines, made.baselines)
+    write_table(against_baselines(baselines, next(iter(trainings))), made.against)
 
 
-def draw_data(
-    run: str, wall_contacts: str, outputs: dict[str, str], window: int, edges: EdgeConfig, snap_back_m: float | None
-) -> None:
+def draw_data(run: str, wall_contacts: str, made, own) -> None:
     """Draw the signed distance of the jar, where balls touch its wall, and the recursion of a roll-out."""
     scene = read_scene(run)
-    table = read_table(wall_contacts, numeric=["low_m", "high_m", "contacts"])
+    table = read_table(wall_contacts)
     height = scene.bounds_m[:, 2]
     # One section through the middle of the jar, one at the height of the centre of a ball on the floor.
     slices = [
         scene.section("y", float(np.mean(scene.bounds_m[:, 1]))),
         scene.section("z", float(height[0] + scene.ball_radius_m)),
     ]
-    save(plot_distance_slices(slices), *outputs["slices_figure"], tsv=outputs["slices_tsv"])
-    threshold_m = edges.wall_threshold_m
-    contacts = plot_wall_contacts(table, threshold_m, covered_share(table, threshold_m))
-    save(contacts, *outputs["contacts_figure"])
+    save(plot_distance_slices(slices), *made.slices_figure, tsv=made.slices_tsv)
+    edges = EdgeConfig(**own.edges)
+    covered = covered_share(table, edges.wall_threshold_m)
+    save(plot_wall_contacts(table, edges.wall_threshold_m, covered), *made.contacts_figure)
     step_s = read_attributes(run)["case"]["snapshot_interval_s"]
-    save(plot_recursion(window, edges, snap_back_m, step_s), *outputs["loop_figure"])
-
-
-def draw_variant(tables: dict[str, list[str]], spread_path: str, variant: str, tests: list[str]) -> list:
-    """The figures of a variant: loss, growth of errors, dissipation, distributions, for every test with moving balls.
-
-    tables: by kind the paths of loss, errors and distributions, and of the dissipation of each training.
-    """
-    spread = read_table(spread_path, text=["variant", "test"])
-    read = {
-        kind: [read_table(path, text=["test"]) for path in tables[kind]]
-        for kind in ("errors", "dissipation", "distributions")
-    }
-    own = {kind: parts[0][parts[0]["test"].isin(tests)] for kind, parts in read.items()}
-    measured = spread[spread["variant"] == variant]
-    return [
-        plot_loss(read_table(tables["loss"][0])),
-        plot_error_growth(own["errors"]),
-        plot_dissipation(own["dissipation"], measured, read["dissipation"][1:]),
-        plot_distributions(own["distributions"], measured),
-    ]
+    save(plot_recursion(own.window, edges, own.snap_back_m, step_s), *made.loop_figure)
 
 
 def compare_ablations(inputs, output, changes: dict, length_s: dict, trainings: dict[str, list[str]]) -> str:
@@ -113,28 +89,34 @@ def compare_ablations(inputs, output, changes: dict, length_s: dict, trainings: 
 
     Returns the sentence on this interval.
     """
-    losses = {
-        name: read_table(path, numeric=["elapsed_s"]) for name, path in zip(changes, inputs.histories, strict=True)
-    }
+    losses = {name: read_table(path) for name, path in zip(changes, inputs.histories, strict=True)}
     printed = read_printed(inputs.claims)
     table = ablation_table(read_measures(list(inputs.measured)), losses, changes, length_s, printed, trainings)
     write_table(table, output.ablations)
-    written = read_table(output.ablations, numeric=["stable"], text=["variant", "says"])
+    written = read_table(output.ablations, text=["variant", "says"])
     save(plot_ablations(written, scatter_in_words(written)), *output.figure)
     return scatter_in_words(table) or "the baseline was trained once, so nothing tells chance apart"
 
 
 def draw_variants(inputs, output, trainings: dict[str, list[str]], tests: list[str]) -> None:
-    """Draw the figures of every variant."""
+    """Draw loss, growth of errors, dissipation and distributions of every variant, for each test with moving balls."""
+
+    def of_tests(path: str) -> pd.DataFrame:
+        table = read_table(path, text=["test"])
+        return table[table["test"].isin(tests)]
+
+    spread = read_table(output.metrics, text=["variant", "test"])
     paths, dissipation = in_pairs(output.variant_figures), iter(inputs.dissipation)
-    for number, (variant, own) in enumerate(trainings.items()):
-        tables = {
-            "loss": [inputs.histories[number]],
-            "errors": [inputs.errors[number]],
-            "distributions": [inputs.distributions[number]],
-            "dissipation": [next(dissipation) for _ in own],
-        }
-        for figure in draw_variant(tables, output.metrics, variant, tests):
+    tables = zip(inputs.histories, inputs.errors, inputs.distributions, strict=True)
+    for (variant, own), (losses, errors, distributions) in zip(trainings.items(), tables, strict=True):
+        measured, (first, *others) = spread[spread["variant"] == variant], [of_tests(next(dissipation)) for _ in own]
+        figures = (
+            plot_loss(read_table(losses)),
+            plot_error_growth(of_tests(errors)),
+            plot_dissipation(first, measured, others),
+            plot_distributions(of_tests(distributions), measured),
+        )
+        for figure in figures:
             save(figure, *next(paths))
 
 
@@ -144,7 +126,6 @@ if "snakemake" in globals():
         if made.get("ablations"):
             log.info("%s", compare_ablations(given, made, own.changes, own.length_s, own.trainings))
         else:
-            collect(list(given.measured), given.controls, own.trainings, own.trained_test, dict(made.items()))
-            settings = own.window, EdgeConfig(**own.edges), own.snap_back_m
-            draw_data(given.run, given.wall_contacts, dict(made.items()), *settings)
+            collect(given, made, own.trainings, own.trained_test)
+            draw_data(given.run, given.wall_contacts, made, own)
             draw_variants(given, made, own.trainings, own.tests)

@@ -23,51 +23,24 @@ from millprint.thesis.figures.chapter5_figures import (
     plot_test_predictions,
 )
 
-
-def draw_models(inputs, output) -> None:
-    """Figures 5.2 to 5.4: predictions, intervals and SHAP values."""
-    text = ["model", "strategy", "case"]
-    predictions = read_table(inputs.predictions, numeric=["yield_percent", "predicted_percent"], text=text)
-    save(plot_test_predictions(predictions), *output.predictions_figure)
-    save(plot_intervals(predictions), *output.intervals_figure)
-    attributions = read_table(inputs.shap, numeric=["feature_value", "shap_pp"], text=[*text, "feature"])
-    save(plot_attributions(attributions), *output.shap_figure)
-
-
-def draw_trust(inputs, output) -> None:
-    """Cross-validation, coverage, other regimes, and the next experiments."""
-    text = ["model", "strategy", "scheme"]
-    claims = read_measured(inputs.claims, [Text("id"), Text("value")])
-    scores = read_table(inputs.scores_by_scheme, numeric=["value", "repeats"], text=[*text, "metric"])
-    save(plot_evaluation(scores, claims), *output.evaluation_figure)
-    coverage = read_table(inputs.coverage, numeric=["nominal", "covered", "width_pp"], text=[*text, "method"])
-    save(plot_coverage(coverage), *output.coverage_figure)
-    proposals = read_table(inputs.proposals, numeric=["predicted_percent"], text=["purpose"])
-    save(plot_proposals(proposals), *output.proposals_figure)
-    regimes = read_table(inputs.regimes, numeric=["rmse_pp"], text=["model", "descriptors", "added"])
-    save(plot_regimes(regimes), *output.regimes_figure)
-
-
-def draw_scores(inputs, output) -> None:
-    """Proper scores, calibration and the permutation test."""
-    text = ["model", "strategy", "scheme"]
-    scores = read_table(inputs.scores, numeric=["value", "error", "repeats"], text=[*text, "score"])
-    save(plot_scores(scores), *output.scores_figure)
-    pit = read_table(inputs.pit, numeric=["from", "to", "share", "expected", "repeats"], text=text)
-    save(plot_pit(pit), *output.pit_figure)
-    permutations = read_table(inputs.permutations, numeric=["permutation", "r2"])
-    save(plot_permutations(permutations), *output.permutations_figure)
-
-
-def draw_sources(inputs, output) -> None:
-    """What transfers between sources of yields."""
-    texts = ["source", "model", "strategy"]
-    table = read_table(inputs.sources, text=[*texts, "verdict", "reason"])
-    points = read_table(inputs.sources_predictions, numeric=["yield_percent", "predicted_percent"], text=texts)
-    save(plot_sources(table, points), *output.sources_figure)
-
+# Columns that are text whatever a cell holds.
+TEXT = ["model", "strategy"]
 
 if "snakemake" in globals():
+    given, made = snakemake.input, snakemake.output
     with job(snakemake.log[0], "plot yields"):
-        for draw in (draw_models, draw_trust, draw_scores, draw_sources):
-            draw(snakemake.input, snakemake.output)
+        predictions = read_table(given.predictions, text=[*TEXT, "case"])
+        save(plot_test_predictions(predictions), *made.predictions_figure)
+        save(plot_intervals(predictions), *made.intervals_figure)
+        save(plot_attributions(read_table(given.shap, text=[*TEXT, "case", "feature"])), *made.shap_figure)
+        claims = read_measured(given.claims, [Text("id"), Text("value")])
+        save(plot_evaluation(read_table(given.scores_by_scheme, text=TEXT), claims), *made.evaluation_figure)
+        save(plot_coverage(read_table(given.coverage, text=TEXT)), *made.coverage_figure)
+        save(plot_proposals(read_table(given.proposals)), *made.proposals_figure)
+        save(plot_regimes(read_table(given.regimes, text=["added"])), *made.regimes_figure)
+        save(plot_scores(read_table(given.scores, text=TEXT)), *made.scores_figure)
+        save(plot_pit(read_table(given.pit, text=TEXT)), *made.pit_figure)
+        save(plot_permutations(read_table(given.permutations)), *made.permutations_figure)
+        sources = read_table(given.sources, text=[*TEXT, "source", "verdict", "reason"])
+        points = read_table(given.sources_predictions, text=[*TEXT, "source"])
+        save(plot_sources(sources, points), *made.sources_figure)

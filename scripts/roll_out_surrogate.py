@@ -15,16 +15,14 @@ from millprint.run.job import job
 from millprint.thesis.surrogate.compiled import open_graph_surrogate
 from millprint.thesis.surrogate.graph_surrogate import scaled_thresholds, simulation_seconds, time_rollouts
 from millprint.thesis.surrogate.network import choose_device
-from millprint.thesis.surrogate.rollout import Setting, read_scene
+from millprint.thesis.surrogate.rollout import read_scene
 
 
 def roll_out(weights: str, chosen: dict, rule: EdgeConfig, output: str, threads: int, log) -> None:
     """Write the roll-out in one test. chosen: settings, case with its run, and starts [s], as plain values."""
     settings, starts_s = RollOutConfig(**chosen["settings"]), chosen["starts_s"]
     device, until_s = choose_device(threads), max(starts_s) + 0.01
-    surrogate = open_graph_surrogate(
-        Setting(weights, chosen["run"], rule, settings.snap_back_m, device, until_s=until_s)
-    )
+    surrogate = open_graph_surrogate(weights, chosen["run"], rule, settings.snap_back_m, device, until_s)
     steps, per_frame = (round(time_s / surrogate.step_s) for time_s in (settings.length_s, settings.frame_interval_s))
     rollout = surrogate.roll_out(starts_s, steps, per_frame)
     rollout.write(output, chosen["case"])
@@ -40,7 +38,7 @@ def time_variant(
     trained_m, tables = read_scene(trained).ball_radius_m, []
     for run in runs:
         own = scaled_thresholds(rule, snap_back_m, read_scene(run).ball_radius_m, trained_m)
-        surrogate = open_graph_surrogate(Setting(weights, run, *own, device, until_s=timing.start_s + 0.01))
+        surrogate = open_graph_surrogate(weights, run, *own, device, until_s=timing.start_s + 0.01)
         machine = "one thread" if device.type == "cpu" else device.type
         table = time_rollouts(surrogate, timing.start_s, timing.batches, timing.steps, machine)
         table["dem_seconds_for_15_s"] = simulation_seconds(run, timing.dem_s)

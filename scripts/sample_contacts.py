@@ -7,45 +7,26 @@ Outputs: `samples`.
 
 from pathlib import Path
 
-import pandas as pd
-
 from millprint.cases.of_mill import varied_case
 from millprint.config.contact_set import ContactConfig
 from millprint.config.fingerprint import UncertaintyConfig
-from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.uncertainty.samples import check_contact, design_of, run_samples, space_of, with_sweep
 
-
-def main(
-    output: str, mill: MillConfig, contact: ContactConfig, mills: MillsConfig, dem: DemConfig, rule: str,
-    settings: UncertaintyConfig, number: int,
-) -> pd.DataFrame:  # fmt: skip
-    """Simulate the samples number, number + jobs, ... and write their table; a killed job continues from its rows."""
-    check_contact(space_of(mill, settings), contact)
-    samples = design_of(mill, settings).iloc[number :: settings.jobs]
-    done = Path(output).with_suffix(".done")
-    title = f"{mill.name}, samples {number + 1} of {settings.jobs}"
-    table = run_samples(varied_case(mill, mills, settings), mill, contact, dem, samples, rule, done, title)
-    table.insert(0, "sample", table.index)
-    write_table(table, output, digits=17)
-    done.unlink()
-    return table
-
-
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"sample {snakemake.wildcards.mill}, job {snakemake.wildcards.number}"):
-        mill = with_sweep(snakemake.params.mill, snakemake.params.sweep, next(iter(snakemake.input.sweep), None))
-        main(
-            snakemake.output.samples,
-            mill,
-            ContactConfig(**snakemake.params.contact),
-            MillsConfig(**snakemake.params.mills),
-            DemConfig(**snakemake.params.dem),
-            snakemake.params.counting_rule,
-            UncertaintyConfig(**snakemake.params.settings),
-            int(snakemake.wildcards.number),
-        )
+    own, output, number = snakemake.params, snakemake.output.samples, int(snakemake.wildcards.number)
+    with job(snakemake.log[0], f"sample {snakemake.wildcards.mill}, job {number}"):
+        mill = with_sweep(own.mill, own.sweep, next(iter(snakemake.input.sweep), None))
+        contact, settings = ContactConfig(**own.contact), UncertaintyConfig(**own.settings)
+        check_contact(space_of(mill, settings), contact)
+        # The samples number, number + jobs, ...; a killed job continues from its rows.
+        samples = design_of(mill, settings).iloc[number :: settings.jobs]
+        done, title = Path(output).with_suffix(".done"), f"{mill.name}, samples {number + 1} of {settings.jobs}"
+        case = varied_case(mill, MillsConfig(**own.mills), settings)
+        table = run_samples(case, mill, contact, DemConfig(**own.dem), samples, own.counting_rule, done, title)
+        table.insert(0, "sample", table.index)
+        write_table(table, output, digits=17)
+        done.unlink()

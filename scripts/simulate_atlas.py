@@ -10,26 +10,17 @@ Outputs: `rows`.
 
 from pathlib import Path
 
-import pandas as pd
-
 from millprint.atlas.atlas_model import read_model
 from millprint.atlas.design import rows_of, simulate_rows
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 
-
-def main(output: str, kind: str, part: str, number: int, batch: int, given) -> pd.DataFrame:
-    """Simulate the batch of that number, and write it; a killed job continues from the rows that are done."""
-    rows = rows_of(kind, part, number * batch, batch, given.held_out)
-    title = f"{kind}, {part} {number * batch} to {number * batch + len(rows) - 1}"
-    table = simulate_rows(
-        rows, Path(output).with_suffix(".done"), title, read_table(given.included), read_model(given.atlas)
-    )
-    write_table(table, output, digits=6)
-    return table
-
-
 if "snakemake" in globals():
-    own = snakemake.wildcards
+    given, own, batch = snakemake.input, snakemake.wildcards, snakemake.params.batch
     with job(snakemake.log[0], f"atlas {own.kind} {own.part} {own.batch}"):
-        main(snakemake.output.rows, own.kind, own.part, int(own.batch), snakemake.params.batch, snakemake.input)
+        first, output = int(own.batch) * batch, snakemake.output.rows
+        rows = rows_of(own.kind, own.part, first, batch, given.held_out)
+        title = f"{own.kind}, {own.part} {first} to {first + len(rows) - 1}"
+        # A killed job continues from the rows that are done.
+        done, known = Path(output).with_suffix(".done"), (read_table(given.included), read_model(given.atlas))
+        write_table(simulate_rows(rows, done, title, *known), output, digits=6)

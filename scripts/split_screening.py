@@ -34,12 +34,7 @@ def main(
 
 
 if "snakemake" in globals():
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "split screening runs"):
-        main(
-            snakemake.input.screening,
-            snakemake.input.split,
-            snakemake.output.train,
-            snakemake.output.test,
-            [Factor(**factor) for factor in snakemake.params.factors],
-            OtherSourcesConfig(**snakemake.params.other_sources),
-        )
+        factors, others = [Factor(**factor) for factor in own.factors], OtherSourcesConfig(**own.other_sources)
+        main(given.screening, given.split, made.train, made.test, factors, others)

@@ -12,8 +12,10 @@ Outputs: `table`, `window`, `verdict` (JSON), `line` (text), and the figure; or 
 
 import sys
 
+import pandas as pd
+
 from millprint.config.fingerprint import ConvergenceConfig, StudyConfig
-from millprint.dem.convergence import DESCRIPTORS, SERIES, choose_step, column_of, convergence_table, in_words
+from millprint.dem.convergence import SERIES, choose_step, convergence_table, in_words
 from millprint.estimate.judge import AGREES
 from millprint.figures.style import save
 from millprint.figures.uncertainty_figures import plot_study
@@ -30,92 +32,59 @@ from millprint.run.files import read_json, read_table, whole_file, write_json, w
 from millprint.run.job import job
 from millprint.thesis.figures.chapter3_and_4_figures import plot_modulus, plot_timestep
 
-DEVIATIONS = [column_of(name, "deviation_percent") for name in DESCRIPTORS]
 
-
-def main(
-    variants: list[dict],
-    folder: str,
-    output,
-    *,
-    mill: str,
-    sweep_seeds: int,
-    counting_rule: str,
-    rules: list[dict],
-    study: StudyConfig,
-) -> dict:
+def study_mill(mill: str, made, own) -> dict:
     """Read the runs of every variant (setting, factor, value, paths of its cases), and write what they say.
 
-    folder: that of all simulations. Returns the verdict.
+    Returns the verdict.
     """
-    groups = [[f"{folder}/{path}/summary.json" for path in variant["paths"]] for variant in variants]
-    groups = [read_summaries(paths, rules) for paths in groups]
+    groups = [
+        read_summaries([f"{own.folder}/{path}/summary.json" for path in variant["paths"]], own.rules)
+        for variant in own.variants
+    ]
+    study = StudyConfig(**own.study)
     rows = [
-        study_row(variant["setting"], variant["factor"], variant["value"], runs, counting_rule)
-        for variant, runs in zip(variants, groups, strict=True)
+        study_row(variant["setting"], variant["factor"], variant["value"], runs, own.counting_rule)
+        for variant, runs in zip(own.variants, groups, strict=True)
     ]
     table, window = tabulate_study(rows), tabulate_window(groups[0])
     halves = changes_of_halves([run for runs in groups for run in runs])
-    verdict = conclude(mill, check_study(table, halves, sweep_seeds, study), study)
-    write_table(table, output.table)
-    write_table(window, output.window)
-    write_json(verdict | {"reference": groups[0][0]["case"]}, output.verdict)
-    with whole_file(output.line) as file:
+    verdict = conclude(mill, check_study(table, halves, own.sweep_seeds, study), study)
+    write_table(table, made.table)
+    write_table(window, made.window)
+    write_json(verdict | {"reference": groups[0][0]["case"]}, made.verdict)
+    with whole_file(made.line) as file:
         file.write_text(verdict["line"] + "\n")
-    save(plot_study(table, window, study.tolerance_percent), *output.figure)
+    save(plot_study(table, window, study.tolerance_percent), *made.figure)
     return verdict
-
-
-def tabulate(
-    summary_paths: list[str], varied: str, rules: list[dict], names: tuple[str, list[str]], output: str
-) -> None:
-    """Write the table of simulations that differ in one setting. names: of the counting rule, and of further ones."""
-    summaries = [read_counted(path, rules) for path in summary_paths]
-    write_table(convergence_table(summaries, varied, *names), output)
-
-
-def choose(table_path: str, settings: ConvergenceConfig, taken_s: dict[float, float], output: str) -> dict:
-    """Evaluate the table of the time-step sweep; write the result and return it. taken_s: as of `choose_step`."""
-    columns = [*SERIES[2:], "time_step_s", "rayleigh_fraction", "seeds", "closure", "closure_worst", *DEVIATIONS]
-    choice = choose_step(read_table(table_path, numeric=columns, text=SERIES[:2]), settings, taken_s)
-    write_json(choice, output)
-    return choice
-
-
-def draw_steps(table_path: str, choice_path: str, svg: str, png: str) -> None:
-    """Draw the table of the time-step sweep and the chosen step."""
-    table = read_table(table_path, numeric=["ball_diameter_mm", "time_step_s", "closure", *DEVIATIONS], text=SERIES[:2])
-    save(plot_timestep(table, read_json(choice_path)), svg, png)
-
-
-def draw_moduli(table_path: str, svg: str, png: str) -> None:
-    """Draw the table of the modulus sweep."""
-    columns = ["ball_diameter_mm", "young_modulus_gpa", "power_W", "power_two_sigma_W", "processor_s", *DEVIATIONS]
-    save(plot_modulus(read_table(table_path, numeric=columns, text=SERIES[:2])), svg, png)
 
 
 def tabulate_sweeps(given, made, own, logger) -> None:
     """Write the tables of the sweeps of chapter 3 and draw them; a configuration may have only one of the two."""
-    rules = own.rules, (own.counting_rule, own.further_rules)
+
+    def tabulate(paths: list[str], varied: str, output: str) -> pd.DataFrame:
+        logger.info("%d simulations of %s", len(paths), varied)
+        summaries = [read_counted(path, own.rules) for path in paths]
+        write_table(convergence_table(summaries, varied, own.counting_rule, own.further_rules), output)
+        return read_table(output, text=SERIES[:2])
+
     if given.of_step:
-        logger.info("%d simulations of the time step", len(given.of_step))
-        tabulate(given.of_step, "time_step_s", *rules, made.step_table)
-        choice = choose(made.step_table, ConvergenceConfig(**own.settings), own.taken_s, made.choice)
+        table = tabulate(given.of_step, "time_step_s", made.step_table)
+        choice = choose_step(table, ConvergenceConfig(**own.settings), own.taken_s)
+        write_json(choice, made.choice)
         say = logger.info if choice["verdict"] == AGREES else logger.warning
         say("%s", in_words(choice))
-        draw_steps(made.step_table, made.choice, *made.step_figure)
+        save(plot_timestep(table, read_json(made.choice)), *made.step_figure)
     if given.of_modulus:
-        logger.info("%d simulations of the modulus", len(given.of_modulus))
-        tabulate(given.of_modulus, "young_modulus_gpa", *rules, made.modulus_table)
-        draw_moduli(made.modulus_table, *made.modulus_figure)
+        table = tabulate(given.of_modulus, "young_modulus_gpa", made.modulus_table)
+        save(plot_modulus(table), *made.modulus_figure)
 
 
 if "snakemake" in globals():
     made, own, mill = snakemake.output, snakemake.params, snakemake.wildcards.get("mill")
     with job(snakemake.log[0], f"study the settings of {mill or 'chapter 3'}") as logger:
         if mill:
-            asked = {"counting_rule": own.counting_rule, "rules": own.rules, "study": StudyConfig(**own.study)}
-            found = main(own.variants, own.folder, made, mill=mill, sweep_seeds=own.sweep_seeds, **asked)
+            found = study_mill(mill, made, own)
             say = logger.info if found["verdict"] == AGREES else logger.warning
             say("%s", found["line"])
             print(found["line"], file=sys.stderr, flush=True)

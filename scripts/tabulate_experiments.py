@@ -15,28 +15,18 @@ from millprint.thesis.doe.residuals import write_design
 from millprint.thesis.doe.wet_lab import half_life_table, read_wear, wear_table
 from millprint.thesis.figures.chapter2_figures import literature, missingness
 
-
-def compute_wet_lab(weighings: str, outputs: dict[str, str]) -> None:
-    """Write half-lives, and the wear of the balls with the iron from it."""
-    write_table(half_life_table(), outputs["half_life"])
-    write_table(wear_table(read_wear(weighings)), outputs["wear"])
-
-
-def tabulate_literature(studies: str, yields: str, outputs: dict[str, str]) -> None:
-    """Write what other groups report, do not report and contradict, and draw their yields against speed."""
-    frame, reported = read_literature(studies), read_reported_yields(yields)
-    missing = missingness_table(frame)
-    write_table(missing, outputs["missingness"])
-    write_table(literature_checks(frame, reported), outputs["checks"])
-    save(literature(frame, reported), *outputs["figure"], tsv=outputs["tsv"])
-    save(missingness(missing), *outputs["missingness_figure"])
-
-
 if "snakemake" in globals():
-    given, outputs, own = snakemake.input, dict(snakemake.output.items()), snakemake.params
-    settings = DesignConfig(**own.design)
+    given, made = snakemake.input, snakemake.output
+    settings = DesignConfig(**snakemake.params.design)
     with job(snakemake.log[0], "tabulate experiments") as log:
-        for line in write_design(given.screening, outputs, settings):
+        for line in write_design(given.screening, dict(made.items()), settings):
             log.warning("the runs depart from the design: %s", line)
-        compute_wet_lab(given.weighings, outputs)
-        tabulate_literature(given.studies, given.yields, outputs)
+        write_table(half_life_table(), made.half_life)
+        write_table(wear_table(read_wear(given.weighings)), made.wear)
+        # What other groups report, do not report and contradict.
+        studies, yields = read_literature(given.studies), read_reported_yields(given.yields)
+        missing = missingness_table(studies)
+        write_table(missing, made.missingness)
+        write_table(literature_checks(studies, yields), made.checks)
+        save(literature(studies, yields), *made.figure, tsv=made.tsv)
+        save(missingness(missing), *made.missingness_figure)

@@ -12,18 +12,13 @@ from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.surrogate.network import choose_device, train, write_tensors
 
-
-def main(dataset: str, weights: str, history: str, recipe: Recipe, threads: int) -> None:
-    # Not an output of the rule, because Snakemake removes the outputs of a killed job.
-    checkpoint = Path(weights).with_suffix(".checkpoint.pt")
-    content, losses = train(dataset, checkpoint, recipe, choose_device(threads))
-    write_table(losses, history)
-    write_tensors(weights, content)
-    for finished in checkpoint.parent.glob(f"{checkpoint.stem}*.pt"):
-        finished.unlink()
-
-
 if "snakemake" in globals():
     made, recipe = snakemake.output, Recipe(**snakemake.params.recipe)
     with job(snakemake.log[0], f"train {snakemake.wildcards.variant}"):
-        main(snakemake.input.dataset, made.weights, made.history, recipe, threads=snakemake.threads)
+        # Not an output of the rule, because Snakemake removes the outputs of a killed job.
+        checkpoint = Path(made.weights).with_suffix(".checkpoint.pt")
+        content, losses = train(snakemake.input.dataset, checkpoint, recipe, choose_device(snakemake.threads))
+        write_table(losses, made.history)
+        write_tensors(made.weights, content)
+        for finished in checkpoint.parent.glob(f"{checkpoint.stem}*.pt"):
+            finished.unlink()

@@ -34,14 +34,7 @@ def main(
 
 
 if "snakemake" in globals():
-    name, strategy, settings = snakemake.params.trained
+    own, (name, strategy, settings) = snakemake.params, snakemake.params.trained
     with job(snakemake.log[0], f"train yield model {snakemake.wildcards.trained}"):
-        main(
-            snakemake.input.train,
-            snakemake.output.model,
-            name,
-            strategy,
-            TrainingConfig(**settings),
-            SearchConfig(**snakemake.params.search),
-            threads=snakemake.threads,
-        )
+        budgets = TrainingConfig(**settings), SearchConfig(**own.search)
+        main(snakemake.input.train, snakemake.output.model, name, strategy, *budgets, threads=snakemake.threads)

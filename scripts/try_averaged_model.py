@@ -27,7 +27,7 @@ def main(parts: Sequence[str], output, averaging: AveragingConfig, trial: Librar
 
 
 if "snakemake" in globals():
-    own = snakemake.params
-    parts = [snakemake.input.train, snakemake.input.test]
+    given, own = snakemake.input, snakemake.params
     with job(snakemake.log[0], "try the averaged model"):
-        main(parts, snakemake.output, AveragingConfig(**own.averaging), LibraryTrialConfig(**own.trial))
+        settings = AveragingConfig(**own.averaging), LibraryTrialConfig(**own.trial)
+        main([given.train, given.test], snakemake.output, *settings)

@@ -1,15 +1,18 @@
 """Tables of runs that pages print: stored with processor, commit and date, and told as Markdown."""
 
+import platform
 import textwrap
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pandas as pd
+from llvmlite import binding
 
 from millprint.config.setup_models import FILES
 from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN
 from millprint.fingerprint.coverage import NEW
 from millprint.run.files import read_table, write_table
+from millprint.run.machine import commit
 from millprint.run.numbers import prefix_of
 from millprint.thesis.claims.conclusions import MACHINE
 from millprint.thesis.surrogate.measures import against_baselines, told_against
@@ -35,6 +38,22 @@ BASELINES, VALIDATION, YIELDS, STEPS, JAR, BANDS = (
 TIMES, FIRST_HOUR = "docs/how_to/run_times.tsv", "docs/first_hour.tsv"
 R2, CRPS, MINUS, BY_CHANCE = "r2", "crps_pp", "r2 minus that of ", "p of shuffled yields"
 LEVELS = (0.5, 0.8, 0.95)
+
+
+# The widest vector instructions of a processor, which decide in which order sums are taken; widest first.
+INSTRUCTIONS = {"avx512f": "AVX-512", "avx2": "AVX2", "avx": "AVX", "sve": "SVE", "neon": "NEON"}
+
+
+def this_machine(date: str, results: str | Path) -> dict[str, str]:
+    """The processor of this machine, its vector instructions, the commit of the tree of a run, and a date, by MACHINE.
+
+    results: the folder of the run.
+    """
+    features = binding.get_host_cpu_features()
+    widest = next((title for name, title in INSTRUCTIONS.items() if features.get(name)), platform.machine())
+    # The first characters of 40, and whether files had changed.
+    code = commit(results)
+    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, code[:8] + code[40:], date), strict=True))
 
 
 def of_baselines(results: Path) -> pd.DataFrame:

@@ -19,19 +19,18 @@ import pandas as pd
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.load import read_yaml
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN, VERDICTS
-from millprint.run.files import read_table
+from millprint.run.files import read_table, write_table
 from millprint.run.tables import Text, read_measured
 from millprint.thesis.claims.conclusions import (
     HOLDINGS,
     HOLDS,
     MACHINE,
     OURS,
+    STORED_COLUMNS,
     in_prose,
     judge_conclusions,
     read_conclusions,
     read_stored,
-    store,
-    this_machine,
 )
 from millprint.thesis.claims.evidence import ASSUMED, CERTAIN, NATURES
 from millprint.thesis.claims.tabulate import count_natures, read_claims
@@ -39,7 +38,7 @@ from millprint.thesis.claims.tabulate import count_natures, read_claims
 # The folder of tools is only on the path of a test.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from tools.run_tables import BLOCKS as RUN_BLOCKS
-from tools.run_tables import in_markdown, store_tables
+from tools.run_tables import in_markdown, store_tables, this_machine
 
 DATA = Path("config/data")
 TABLE = str(DATA / "verdicts_elsewhere.tsv")
@@ -149,6 +148,24 @@ def number_of(root: Path, row: Any) -> float:
 def _like(old: str, value: float) -> str:
     """A number with as many decimals as the old one."""
     return f"{value:.{len(old.partition('.')[2])}f}"
+
+
+def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> pd.DataFrame:
+    """The stored verdicts with those of a run in place of all that the same machine gave to the same run before.
+
+    claims: as `tabulate_claims`; what was not run is not stored.
+    """
+    own = claims[claims["verdict"] != OPEN]
+    rows = own.assign(run=run, **machine)[STORED_COLUMNS]
+    same = (stored["run"] == run) & (stored["processor"] == machine["processor"])
+    return pd.concat([stored[~same], rows], ignore_index=True).fillna("")
+
+
+def store(path: str | Path, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> int:
+    """Write the verdicts of a run on a machine into the table of stored ones; returns how many."""
+    table = with_run(read_stored(path), claims, run, machine)
+    write_table(table, path)
+    return int(((table["run"] == run) & (table["processor"] == machine["processor"])).sum())
 
 
 def main(results: str, table: str, date: str) -> str:

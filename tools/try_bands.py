@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from tools.run_tables import places
+from tools.run_tables import places, this_machine
 
 from millprint.cases.of_mill import HELD_OUT_SEED
 from millprint.cases.simulate import simulate_cases
@@ -26,7 +26,6 @@ from millprint.fingerprint.coverage import describe_each, predict_held_out
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import read_summaries
 from millprint.run.files import read_json, read_table, whole_file, write_table
-from millprint.thesis.claims.conclusions import this_machine
 
 ROOT = Path(__file__).parents[1]
 TABLE, PAGE = (ROOT / "docs/why" / name for name in ("band_trials.tsv", "uncertainty.md"))

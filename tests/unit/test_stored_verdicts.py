@@ -2,6 +2,7 @@
 
 import pandas as pd
 from tools.run_tables import VALIDATION, store_tables
+from tools.store_verdicts import with_run
 
 from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN
 from millprint.run.files import read_table, write_table
@@ -12,7 +13,6 @@ from millprint.thesis.claims.conclusions import (
     compare_verdicts,
     in_a_line,
     read_stored,
-    with_run,
 )
 from millprint.validation.verdicts import VERDICT_COLUMNS
 from tests.conftest import ROOT

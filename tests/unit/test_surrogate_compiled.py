@@ -11,12 +11,12 @@ import yaml
 
 from millprint.config.surrogate import NetworkConfig
 from millprint.run.kernel import array_maker
-from millprint.thesis.surrogate.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate, packed
+from millprint.thesis.surrogate.compiled import CompiledSurrogate, open_graph_surrogate, packed
 from millprint.thesis.surrogate.dataset import Graphs, featurise, threshold_edges
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate
 from millprint.thesis.surrogate.kernels import PANEL, PIECE, WORD, add_product
 from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics, weights_content, write_tensors
-from millprint.thesis.surrogate.rollout import Setting, read_scene
+from millprint.thesis.surrogate.rollout import read_scene
 from tests.unit.surrogate_samples import CONTACTS, circle, simulate, small_recipe, sphere_scene, write_run
 
 ROOT = Path(__file__).parents[2]
@@ -154,7 +154,7 @@ def test_a_graph_without_edges_equals_torch(world):
 
 def test_a_short_roll_out_equals_torch(world):
     compiled, torch_ = both(world, network(world, 1, 4, 16)[0])
-    found, known = (own.begin(STARTS)(20, 5) for own in (compiled, torch_))
+    found, known = (own.run(own.first_state(STARTS), 20, 5) for own in (compiled, torch_))
     np.testing.assert_allclose(found.position_m, known.position_m, atol=1e-7)
     np.testing.assert_allclose(found.dissipated_J, known.dissipated_J, rtol=1e-4)
     np.testing.assert_array_equal(found.crossed_s, known.crossed_s)
@@ -187,12 +187,11 @@ def test_what_the_kernel_does_not_know_raises(world):
 def test_a_processor_takes_compiled_steps(world, tmp_path):
     model, recipe = network(world, 1, 4, 16)
     write_tensors(tmp_path / "weights.pt", weights_content(model, recipe))
-    surrogate = open_graph_surrogate(Setting(tmp_path / "weights.pt", world[2], CONTACTS, None, CPU, 0.015))
-    assert type(surrogate) is CompiledSurrogate and set(STEPPED_BY) == {"cpu", "cuda"}
+    surrogate = open_graph_surrogate(tmp_path / "weights.pt", world[2], CONTACTS, None, CPU, 0.015)
+    assert type(surrogate) is CompiledSurrogate
     compiled, _ = both(world, model, snap_back_m=None)
-    np.testing.assert_allclose(
-        surrogate.begin([0.004])(4, 2).position_m, compiled.begin([0.004])(4, 2).position_m, atol=1e-6
-    )
+    found, known = (own.run(own.first_state([0.004]), 4, 2).position_m for own in (surrogate, compiled))
+    np.testing.assert_allclose(found, known, atol=1e-6)
 
 
 @array_maker()

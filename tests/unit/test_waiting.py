@@ -2,22 +2,15 @@
 
 import pandas as pd
 import pytest
+from tools import fix_mill_predictions
+from tools.fix_mill_predictions import BY_MEAN, LEAF_SPRING, digest_of_file, fix_waiting, swing_rows
 
 from millprint.config.setup_models import SETTINGS, SWING
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import find_ready_made, ready_made
 from millprint.validation import waiting
 from millprint.validation.measured import prediction
-from millprint.validation.waiting import (
-    IMPACTS,
-    LEAF_SPRING,
-    POWER,
-    TABLE,
-    digest_of_file,
-    fix_waiting,
-    read_waiting,
-    swing_rows,
-)
+from millprint.validation.waiting import IMPACTS, POWER, TABLE, read_waiting
 from tests.conftest import ROOT
 
 
@@ -27,7 +20,7 @@ def test_the_table_holds_what_the_included_fingerprints_predict():
     place = find_ready_made("planetary")
     own = table[(table["digest"] == digest_of_file(place)) & (table["quantity"] == POWER)]
     by_contact = own[own["interval"] == waiting.BY_CONTACT]
-    own = own[own["interval"] == waiting.BY_MEAN]
+    own = own[own["interval"] == BY_MEAN]
     fingerprint = Fingerprint.read(place)
     for row in own.itertuples():
         condition = fingerprint.condition(
@@ -62,12 +55,13 @@ def test_a_condition_finds_the_newest_generation_that_is_older_than_the_measurem
 def test_a_changed_fingerprint_replaces_the_rows_of_its_release_and_keeps_earlier_ones(tmp_path, monkeypatch):
     path = tmp_path / "waiting.tsv"
     rows = read_waiting(ROOT / TABLE).query("mill == 'planetary'").reset_index(drop=True)
-    monkeypatch.setattr(waiting, "ready_made", lambda: ["planetary"])
-    monkeypatch.setattr(waiting, "predictions_of", lambda mill, own: rows.drop(columns=["release", "date", "digest"]))
+    monkeypatch.setattr(fix_mill_predictions, "ready_made", lambda: ["planetary"])
+    without = rows.drop(columns=["release", "date", "digest"])
+    monkeypatch.setattr(fix_mill_predictions, "predictions_of", lambda mill, own: without)
     assert fix_waiting(path, "1.0", "2026-01-01 00:00") == ["planetary"]
     assert fix_waiting(path, "1.1", "2026-01-02 00:00") == []
     for digest, release, now in (("a", "1.1", "2026-01-03 00:00"), ("b", "1.1", "2026-01-04 00:00")):
-        monkeypatch.setattr(waiting, "digest_of_file", lambda place, digest=digest: digest)
+        monkeypatch.setattr(fix_mill_predictions, "digest_of_file", lambda place, digest=digest: digest)
         assert fix_waiting(path, release, now) == ["planetary"]
     table = read_waiting(path)
     assert len(table) == 2 * len(rows) and list(table["date"].unique()) == ["2026-01-01 00:00", "2026-01-04 00:00"]

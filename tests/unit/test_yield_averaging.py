@@ -15,7 +15,6 @@ from millprint.thesis.yields.averaging import (
     Candidate,
     evidence_weights,
     fit_averaged,
-    fit_member,
     to_conversion,
 )
 from millprint.thesis.yields.estimators import FIT_JITTER, MEAN_VARIANCE, fit_process, kernel_of, posterior_of, prior_of
@@ -32,7 +31,18 @@ from millprint.thesis.yields.new_conditions import (
     save_averaged,
     training_rows,
 )
-from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, parts, settings, thesis_yields
+from tests.unit.yield_settings import (
+    CASES,
+    CURVES,
+    MILL,
+    REFERENCE,
+    SCALES,
+    all_runs,
+    fit_member,
+    parts,
+    settings,
+    thesis_yields,
+)
 
 STRUCTURES = thesis_yields()["averaging"]["structures"]
 

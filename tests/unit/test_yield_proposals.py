@@ -16,7 +16,7 @@ from millprint.config.included import load_mill
 from millprint.config.yields import RegionConfig
 from millprint.run.files import read_table, write_table
 from millprint.thesis.doe.chemistry import hydrogen_released
-from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_averaged, fit_member
+from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_averaged
 from millprint.thesis.yields.estimators import Process
 from millprint.thesis.yields.experiments import (
     DONE,
@@ -51,7 +51,7 @@ from millprint.thesis.yields.proposals import (
     split_region,
 )
 from tests.unit.doe_settings import settings as doe_settings
-from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, parts, settings
+from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, fit_member, parts, settings
 
 REGION = {
     "bpr": [10, 30],

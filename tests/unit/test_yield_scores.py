@@ -20,7 +20,6 @@ from millprint.thesis.yields.averaging import (
     AveragedModel,
     Candidate,
     closed_form_r2,
-    fit_member,
     permutation_p,
     permute,
 )
@@ -59,7 +58,7 @@ from millprint.thesis.yields.held_out import (
     procedure_of,
 )
 from millprint.thesis.yields.yield_model import fit_model
-from tests.unit.yield_settings import SCALES, all_runs, parts, settings
+from tests.unit.yield_settings import SCALES, all_runs, fit_member, parts, settings
 
 WEIGH = YieldWeights(70, 2.0)
 

@@ -1,12 +1,15 @@
 """Settings and rows of the yield stage for tests: those of the thesis, at a small search budget."""
 
+import numpy as np
 import pandas as pd
 
 from millprint.config.load import check_model
-from millprint.config.yields import SPACES, YieldConfig
+from millprint.config.yields import SPACES, AveragingConfig, YieldConfig
 from millprint.observables.condition import Condition
 from millprint.thesis.regimes import read_regimes
+from millprint.thesis.yields.averaging import Candidate, Member, fit_described
 from millprint.thesis.yields.experiments import Mill, read_parts
+from millprint.thesis.yields.features import describe
 from millprint.thesis.yields.new_conditions import MillCurves
 from tests.conftest import ROOT, configuration
 from tests.unit.doe_settings import SCREENING
@@ -66,3 +69,8 @@ def all_runs() -> pd.DataFrame:
 def parts() -> tuple[pd.DataFrame, pd.DataFrame]:
     """The training and test rows of the locked split."""
     return read_parts(str(SCREENING), str(SPLIT), doe_settings().factors)
+
+
+def fit_member(candidate: Candidate, rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> Member:
+    """A member of the library, fitted on rows with the six conditions."""
+    return fit_described(candidate, describe(rows).to_numpy(), yields, settings)

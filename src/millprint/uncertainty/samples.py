@@ -53,18 +53,6 @@ FILL = "fill_ratio"
 NEAR = 0.05
 
 
-def _uniform(section: Any, low: float, high: float) -> Any:
-    return stats.uniform(low, high - low)
-
-
-def _loguniform(section: Any, low: float, high: float) -> Any:
-    return stats.loguniform(low, high)
-
-
-def _triangular(section: Any, low: float, high: float) -> Any:
-    return stats.triang((section.mode - low) / (high - low), low, high - low)
-
-
 def _cut_normal(mean: float, deviation: float, low: float, high: float) -> Any:
     ends = np.clip((np.array([low, high]) - mean) / deviation, -MOST_DEVIATIONS, MOST_DEVIATIONS)
     if ends[0] >= ends[1]:
@@ -81,9 +69,9 @@ def _measured(section: Any, low: float, high: float) -> Any:
 
 # By kind: a function of the section and the range that returns a frozen distribution of scipy.
 FROZEN: dict[str, Callable[[Any, float, float], Any]] = {
-    "uniform": _uniform,
-    "loguniform": _loguniform,
-    "triangular": _triangular,
+    "uniform": lambda section, low, high: stats.uniform(low, high - low),
+    "loguniform": lambda section, low, high: stats.loguniform(low, high),
+    "triangular": lambda section, low, high: stats.triang((section.mode - low) / (high - low), low, high - low),
     "measured": _measured,
 }
 

@@ -5,15 +5,12 @@ chaotic simulations and trainings magnify that. So a claim whose interval decide
 elsewhere; a claim that its interval decides should have the same verdict everywhere.
 """
 
-import platform
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pandas as pd
 
 from millprint.estimate.judge import AGREES, DIFFERS, NOT_RUN, OPEN, VERDICTS
-from millprint.run.files import write_table
-from millprint.run.machine import commit
 from millprint.run.tables import Text, read_measured, refuse_rows
 from millprint.thesis.claims.evidence import ASSUMED, ERRATUM, TIMED
 
@@ -122,25 +119,8 @@ MACHINE = ["processor", "instructions", "commit", "date"]
 STORED = ["run", "id", "verdict", "interval_verdict", "reason", "reproduced", "lower", "upper"]
 WORDS = dict.fromkeys(("verdict", "interval_verdict"), VERDICTS)
 STORED_COLUMNS = [*STORED, *MACHINE]
-# The widest vector instructions of a processor, which decide in which order sums are taken; widest first.
-INSTRUCTIONS = {"avx512f": "AVX-512", "avx2": "AVX2", "avx": "AVX", "sve": "SVE", "neon": "NEON"}
 EXPECTED, UNEXPECTED, OF_MACHINE = "an interval decides nothing", "not expected", "a run time is of its machine"
 DIFFERENCES = ["id", "verdict", "verdict_elsewhere", "reason", *MACHINE]
-
-
-def this_machine(date: str, results: str | Path) -> dict[str, str]:
-    """The processor of this machine, its vector instructions, the commit of the tree of a run, and a date, by MACHINE.
-
-    results: the folder of the run.
-    """
-    # Slow to import.
-    from llvmlite import binding
-
-    features = binding.get_host_cpu_features()
-    widest = next((title for name, title in INSTRUCTIONS.items() if features.get(name)), platform.machine())
-    # The first characters of 40, and whether files had changed.
-    code = commit(results)
-    return dict(zip(MACHINE, (binding.get_host_cpu_name(), widest, code[:8] + code[40:], date), strict=True))
 
 
 def read_stored(path: str | Path) -> pd.DataFrame:
@@ -155,24 +135,6 @@ def read_stored(path: str | Path) -> pd.DataFrame:
     twice = table.duplicated(["run", "id", "processor"])
     refuse_rows(table, path, "id", twice, "this run has a verdict of this processor on it in a row above")
     return table
-
-
-def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> pd.DataFrame:
-    """The stored verdicts with those of a run in place of all that the same machine gave to the same run before.
-
-    claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; what was not run is not stored.
-    """
-    own = claims[claims["verdict"] != OPEN]
-    rows = own.assign(run=run, **machine)[STORED_COLUMNS]
-    same = (stored["run"] == run) & (stored["processor"] == machine["processor"])
-    return pd.concat([stored[~same], rows], ignore_index=True).fillna("")
-
-
-def store(path: str | Path, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> int:
-    """Write the verdicts of a run on a machine into the table of stored ones; returns how many."""
-    table = with_run(read_stored(path), claims, run, machine)
-    write_table(table, path)
-    return int(((table["run"] == run) & (table["processor"] == machine["processor"])).sum())
 
 
 def compare_verdicts(claims: pd.DataFrame, stored: pd.DataFrame, run: str) -> pd.DataFrame:

@@ -1,7 +1,6 @@
 """The table of claims: every claim with the computed value, its interval and its verdict."""
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
@@ -347,13 +346,7 @@ def without_sizes(metrics: pd.DataFrame) -> pd.DataFrame:
     return metrics.assign(value=metrics["value"].mask(lost, np.inf))
 
 
-# Ids of claims on the master curves, on the dissipation in one revolution and on the reference case.
-CURVE = re.compile(r"3\.curve\.(?P<fill>0\.\d+)\.(?P<quantity>Pn|Pt|f|ratio)")
-CYCLE = re.compile(r"3\.cycle\.\d+mm\.\d+\.(?P<channel>n|t)")
-REFERENCE = re.compile(r"3\.reference\.(?P<quantity>En|Et|f)")
-# Ids of Table 4.2, but for the cases of equal power, whose speed follows from the curves.
-CASE = re.compile(r"4\.case\.(?P<case>reference|speed\.\w+)\.(?P<quantity>f|P|En|Et|ratio)")
-CHANNELS = {"n": "Pn", "t": "Pt"}
+CASE = "4.case."
 # Quantity of Table 4.2: column of partition/table_4_2.tsv, and the unit that it is printed in.
 COLUMNS = {
     "f": ("specific_frequency_hz", 1.0),
@@ -379,14 +372,17 @@ class Place:
 
 def place_of(claim: str, cycle_fill_ratio: float, cases: dict[str, float]) -> Place | None:
     """The place of a claim; None for one that no factor applies to. cases: fill ratios of Table 4.2 by name."""
-    if found := CURVE.fullmatch(claim):
-        return Place(found["quantity"], float(found["fill"]))
-    if found := CYCLE.fullmatch(claim):
-        return Place(CHANNELS[found["channel"]], cycle_fill_ratio)
-    if found := REFERENCE.fullmatch(claim):
-        return Place(found["quantity"], REFERENCE_FILL)
-    if (found := CASE.fullmatch(claim)) and found["case"] in cases:
-        return Place(found["quantity"], cases[found["case"]])
+    about, _, quantity = claim.rpartition(".")
+    if about.startswith("3.curve.0."):
+        return Place(quantity, float(about.removeprefix("3.curve.")))
+    if about.startswith("3.cycle."):
+        return Place(f"P{quantity}", cycle_fill_ratio)
+    if about == "3.reference":
+        return Place(quantity, REFERENCE_FILL)
+    case = about.removeprefix(CASE)
+    # The speed of the cases of equal power follows from the curves.
+    if about.startswith(CASE) and case in cases and not case.startswith("power") and quantity in COLUMNS:
+        return Place(quantity, cases[case])
     return None
 
 
@@ -410,9 +406,10 @@ def tabulate_contact_intervals(
         place = place_of(claim.id, cycle_fill_ratio, cases)
         if place is None:
             continue
-        if found := CASE.fullmatch(claim.id):
-            column, unit = COLUMNS[found["quantity"]]
-            ours = float(regimes.at[found["case"], column]) / unit
+        if claim.id.startswith(CASE):
+            case, _, quantity = claim.id.removeprefix(CASE).rpartition(".")
+            column, unit = COLUMNS[quantity]
+            ours = float(regimes.at[case, column]) / unit
         else:
             value = findings[claim.id].value
             ours = np.nan if value is None else float(value)

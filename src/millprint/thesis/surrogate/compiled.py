@@ -10,16 +10,19 @@ whose results these are but for rounding.
 """
 
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import torch
 
+from millprint.config.surrogate import EdgeConfig
 from millprint.mill.distance import SignedDistance
 from millprint.thesis.surrogate.dataset import ball_reach
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, State, Sums, no_sums
 from millprint.thesis.surrogate.kernels import PANEL, Batch, Rules, make_scratch, roll
 from millprint.thesis.surrogate.network import CHANNELS, NormalisedNetwork, read_weights
-from millprint.thesis.surrogate.rollout import Setting, read_scene, read_trajectory
+from millprint.thesis.surrogate.rollout import read_scene, read_trajectory
 
 
 class Hidden(NamedTuple):
@@ -214,16 +217,21 @@ class CompiledSurrogate(GraphSurrogate):
         return after, Sums(batch.dissipated, batch.crossed, batch.edges)
 
 
-# By the type of a torch device: a graphics card has no kernels of ours.
-STEPPED_BY: dict[str, type[GraphSurrogate]] = {"cpu": CompiledSurrogate, "cuda": GraphSurrogate}
+def open_graph_surrogate(
+    weights: str | Path,
+    run: str | Path,
+    edges: EdgeConfig,
+    snap_back_m: float | None,
+    device: torch.device,
+    until_s: float,
+) -> GraphSurrogate:
+    """The network of a weights file in the scene of a simulation, which gives its first states.
 
-
-def open_graph_surrogate(setting: Setting) -> GraphSurrogate:
-    """The network of a weights file in the scene of a simulation.
-
-    Raises ConfigError for a damaged file, and KeyError for a device that is not in STEPPED_BY.
+    edges, snap_back_m: as of GraphSurrogate; until_s: first states are taken up to this time of motion [s]. Raises
+    ConfigError for a damaged file.
     """
-    model, recipe = read_weights(setting.weights, setting.device)
-    source, window = read_trajectory(setting.run, until_s=setting.until_s), recipe.graph.window
-    stepped = STEPPED_BY[setting.device.type]
-    return stepped(model, read_scene(setting.run), source, window, setting.edges, setting.snap_back_m, setting.device)
+    model, recipe = read_weights(weights, device)
+    source = read_trajectory(run, until_s=until_s)
+    # A graphics card has no kernels of ours.
+    stepped = CompiledSurrogate if device.type == "cpu" else GraphSurrogate
+    return stepped(model, read_scene(run), source, recipe.graph.window, edges, snap_back_m, device)

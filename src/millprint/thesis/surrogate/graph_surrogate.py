@@ -109,11 +109,6 @@ class GraphSurrogate:
         """Length of a step [s]."""
         return self.source.interval_s
 
-    @property
-    def balls(self) -> int:
-        """How many balls there are."""
-        return self.source.balls
-
     def first_state(self, starts_s: list[float]) -> State:
         """The windows of DEM snapshots that end at each start [s], or as early as there are enough (step 0).
 
@@ -132,14 +127,10 @@ class GraphSurrogate:
             wall=wall_features(wall, self.scene.speed_rpm).astype(np.float32),
         )
 
-    def begin(self, starts_s: list[float]) -> Callable[..., RollOut]:
-        """Take the first states from the simulation, one a start [s]; the batch advances as one."""
-        return partial(self.run, self.first_state(starts_s))
-
     def roll_out(self, starts_s: list[float], steps: int, steps_per_frame: int) -> RollOut:
-        """A roll-out with a progress bar."""
+        """A roll-out from the states of the simulation at each start [s], which advance as one, with a progress bar."""
         with progress(steps, None, "step") as bar:
-            return self.begin(starts_s)(steps, steps_per_frame, bar)
+            return self.run(self.first_state(starts_s), steps, steps_per_frame, bar)
 
     def graphs(self, state: State) -> Graphs:
         """The graphs of a state, with edges by thresholds on its newest snapshot."""
@@ -258,7 +249,7 @@ def seconds_per_step(surrogate: GraphSurrogate, start_s: float, batch: int, step
     Up to five timings of `steps / 5` steps, each from the same first states; no further one after ten seconds, as
     large batches of large networks take seconds a step.
     """
-    run = surrogate.begin([start_s] * batch)
+    run = partial(surrogate.run, surrogate.first_state([start_s] * batch))
     begin = time.perf_counter()
     run(1, 1)
     run(1, 1)
@@ -286,7 +277,7 @@ def time_rollouts(
         seconds = per_step * PHYSICAL_S / surrogate.step_s
         rows.append(
             {
-                "balls": surrogate.balls,
+                "balls": surrogate.source.balls,
                 "batch": batch,
                 "seconds_for_15_s": seconds,
                 "seconds_per_trajectory": seconds / batch,

@@ -95,7 +95,6 @@ def explained_share(predicted: np.ndarray, truth: np.ndarray) -> float:
 
 
 MEASURE = ["test", "measure"]
-SPREAD = ["trainings", "lowest", "highest"]
 TRAINING_COLUMNS = ["variant", "training", "test", "length_s", "measure", "value"]
 
 
@@ -111,7 +110,7 @@ def tabulate_trainings(metrics: pd.DataFrame, trainings: dict[str, list[str]]) -
 
 
 def with_spread(metrics: pd.DataFrame, trainings: dict[str, list[str]]) -> pd.DataFrame:
-    """The rows of the first trainings, with SPREAD: how many trainings, and the lowest and highest of their values."""
+    """The rows of the first trainings, with how many trainings there are, and the lowest and highest of their value."""
     table = tabulate_trainings(metrics, trainings)
     groups = table.groupby(["variant", *MEASURE], sort=False)["value"]
     spread = groups.agg(trainings="size", lowest="min", highest="max").reset_index()

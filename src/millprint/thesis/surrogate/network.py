@@ -72,13 +72,6 @@ def _as_bytes(content: dict) -> bytes:
     return memory.getvalue()
 
 
-def write_checkpoint(path: str | Path, content: dict) -> None:
-    """Write tensors, numbers, texts and mappings of them, below a digest of them all."""
-    with whole_file(path) as partial:
-        payload = _as_bytes(content)
-        partial.write_bytes(checksum_header(payload) + payload)
-
-
 def read_checkpoint(path: str | Path, own_identity: str, device: torch.device) -> dict | None:
     """The checkpoint at `path` if there is one of this `identity`, otherwise None, with a line in the log."""
     if not Path(path).exists():
@@ -377,6 +370,10 @@ def check_data(run: TrainingRun, graph: GraphConfig) -> None:
             )
 
 
+# What a training counts and adds up.
+COUNTED = ("epoch", "cursor", "elapsed_s", "sums", "history")
+
+
 class Trainer:
     """The training of a graph network.
 
@@ -404,7 +401,7 @@ class Trainer:
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=settings.learning_rate, fused=True)
         self.noise = torch.Generator().manual_seed(settings.seed)
         self.drawn: dict[int, list[Batch]] = {}
-        decay = (settings.final_learning_rate / settings.learning_rate) ** (1 / (settings.epochs * self.epoch_steps()))
+        decay = (settings.final_learning_rate / settings.learning_rate) ** (1 / (settings.epochs * len(self.batches())))
         self.scheduler = torch.optim.lr_scheduler.ExponentialLR(self.optimiser, decay)
         self.identity = identity(recipe, [statistics[name].cpu().numpy() for name in sorted(statistics)])
 
@@ -415,10 +412,6 @@ class Trainer:
             seed = settings.seed + 1_000_003 * self.epoch
             self.drawn = {self.epoch: draw_epoch(self.rows, settings.snapshots_per_epoch, settings.batch_size, seed)}
         return self.drawn[self.epoch]
-
-    def epoch_steps(self) -> int:
-        """Steps of the present epoch."""
-        return len(self.batches())
 
     def step(self) -> dict[str, Tensor]:
         """One batch, with noise on the velocities."""
@@ -432,16 +425,6 @@ class Trainer:
         self.optimiser.step()
         self.scheduler.step()
         return terms
-
-    def subject(self) -> str:
-        """The simulation whose snapshots the step takes."""
-        number, _ = self.batches()[self.cursor]
-        return f"run {self.runs[number].case}"
-
-    def stop(self) -> None:
-        """An epoch that the wall-time limit has cut short counts."""
-        if self.cursor and self.elapsed_s >= self.settings.wall_time_max_s:
-            self.end_epoch()
 
     def _losses(
         self, snapshots: Snapshots, rows: Tensor, noise: Tensor | None = None
@@ -477,15 +460,6 @@ class Trainer:
         table.insert(1, "learning_rate", table.pop("learning_rate"))
         return table
 
-    def further_state(self) -> dict:
-        """Learning rate and noise."""
-        return {"scheduler": self.scheduler.state_dict(), "noise": self.noise.get_state()}
-
-    def restore(self, content: dict) -> None:
-        """Take over learning rate and noise."""
-        self.scheduler.load_state_dict(content["scheduler"])
-        self.noise.set_state(content["noise"].cpu())
-
     def cost(self) -> str:
         """What every epoch will take at the pace of those that are over, in words, and what the limit allows."""
         pace_s, limit_s = self.elapsed_s / self.epoch, self.settings.wall_time_max_s
@@ -506,21 +480,22 @@ class Trainer:
         With a path, a checkpoint is written every `checkpoint_every_s` and at the end. Raises TrainingError at the
         first loss that is not finite.
         """
-        settings, total = self.settings, self.epoch_steps()
+        settings, total = self.settings, len(self.batches())
         started = saved = time.perf_counter()
         started -= self.elapsed_s
         left = math.inf if max_steps is None else max_steps
         done = self.epoch * total + self.cursor
         with progress(settings.epochs * total, None, "step", initial=done) as bar:
             while not self.finished and left and self.elapsed_s < settings.wall_time_max_s:
+                run = self.runs[self.batches()[self.cursor][0]]
                 terms = {name: value.item() for name, value in self.step().items()}
-                self.check_finite(terms, f"step {self.cursor + 1}, {self.subject()}")
+                self.check_finite(terms, f"step {self.cursor + 1}, run {run.case}")
                 for name, value in terms.items():
                     self.sums[name] = self.sums.get(name, 0.0) + value
                 self.cursor, left = self.cursor + 1, left - 1
                 self.elapsed_s = time.perf_counter() - started
                 bar.update()
-                if self.cursor == self.epoch_steps():
+                if self.cursor == len(self.batches()):
                     self.end_epoch()
                     if self.epoch == 1:
                         logger.info("%s", self.cost())
@@ -530,7 +505,9 @@ class Trainer:
                     self.save(checkpoint)
                     saved = time.perf_counter()
         finished = self.finished
-        self.stop()
+        # An epoch that the wall-time limit has cut short counts.
+        if self.cursor and self.elapsed_s >= settings.wall_time_max_s:
+            self.end_epoch()
         if checkpoint:
             self.save(checkpoint)
         return finished
@@ -556,20 +533,22 @@ class Trainer:
 
     def save(self, path: str | Path) -> None:
         """Write everything that the next step needs."""
-        names = ("epoch", "cursor", "elapsed_s", "sums", "history", "identity")
-        states = {"model": self.model.state_dict(), "optimiser": self.optimiser.state_dict()}
-        write_checkpoint(path, {name: getattr(self, name) for name in names} | states | self.further_state())
+        content = {name: getattr(self, name) for name in (*COUNTED, "identity")}
+        content |= {name: getattr(self, name).state_dict() for name in ("model", "optimiser", "scheduler")}
+        payload = _as_bytes(content | {"noise": self.noise.get_state()})
+        with whole_file(path) as partial:
+            partial.write_bytes(checksum_header(payload) + payload)
 
     def resume(self, path: str | Path, device: torch.device) -> bool:
         """Go on from the checkpoint at `path`; False if there is none of the same settings and data."""
         content = read_checkpoint(path, self.identity, device)
         if content is None:
             return False
-        self.model.load_state_dict(content["model"])
-        self.optimiser.load_state_dict(content["optimiser"])
-        for name in ("epoch", "cursor", "elapsed_s", "sums", "history"):
+        for name in ("model", "optimiser", "scheduler"):
+            getattr(self, name).load_state_dict(content[name])
+        for name in COUNTED:
             setattr(self, name, content[name])
-        self.restore(content)
+        self.noise.set_state(content["noise"].cpu())
         return True
 
 

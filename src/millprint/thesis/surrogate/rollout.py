@@ -7,21 +7,16 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
 
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
-from millprint.config.surrogate import EdgeConfig
 from millprint.mill.distance import SignedDistance
 from millprint.mill.motion import motion_from_law
 from millprint.mill.vessel import build_vessel
 from millprint.run.hdf5 import open_hdf5, whole_hdf5
-
-if TYPE_CHECKING:
-    import torch
 
 # Arrays of Trajectory with a row a snapshot, and their data sets.
 OF_SNAPSHOTS = {
@@ -270,6 +265,11 @@ class RollOut:
             distance, _ = scene.signed_distance(self.position_m, wall_m[:, :, None, :])
         return replace(self, wall_distance_m=-distance)
 
+    def wall_of(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+        """Position [m] and velocity [m/s] of a scene's wall at every frame, (frames, batch, 1, 3) each."""
+        wall = scene.wall_position(self.start_s + self.time_s[:, None])[:, :, None, :]
+        return wall, np.gradient(wall, self.time_s[1] - self.time_s[0], axis=0)
+
     def first_trajectory(self) -> "RollOut":
         """The same arrays for only the first trajectory: a batch of one."""
         names = ("position_m", "velocity_m_s", "dissipated_J", "recorded_J", "wall_distance_m")
@@ -387,11 +387,7 @@ def scaled_motion(rollout: RollOut, scene: Scene, known: RollOut, known_scene: S
     frames = max((len(known.time_s) - 1) // turn * turn, min(turn, len(known.time_s) - 1))
     first = round((float(rollout.start_s[0] - known.start_s[0]) % scene.turn_s) / step)
     rows = 1 + (first - 1 + np.arange(len(rollout.time_s))) % frames
-    walls = [
-        of.wall_position(part.start_s + part.time_s[:, None])[:, :, None, :]
-        for of, part in ((known_scene, known), (scene, rollout))
-    ]
-    there, here = ((wall, np.gradient(wall, step, axis=0)) for wall in walls)
+    there, here = known.wall_of(known_scene), rollout.wall_of(scene)
     ratio = rms_wall_speed(scene) / rms_wall_speed(known_scene)
     dissipated = ratio**2 * known.dissipated_J[rows]
     dissipated[0] = 0
@@ -409,16 +405,12 @@ def riding(rollout: RollOut, scene: Scene, power_W: float) -> RollOut:
 
     power_W: the mean of the training, or that times the ratio of the squares of both rms wall speeds.
     """
-    wall = scene.wall_position(rollout.start_s + rollout.time_s[:, None])[:, :, None, :]
-    step = rollout.time_s[1] - rollout.time_s[0]
-    dissipated = np.full_like(rollout.dissipated_J, power_W * step)
+    wall, drift = rollout.wall_of(scene)
+    dissipated = np.full_like(rollout.dissipated_J, power_W * (rollout.time_s[1] - rollout.time_s[0]))
     dissipated[0] = 0
-    return replace(
-        rollout,
-        position_m=rollout.position_m[:1] + wall - wall[:1],
-        velocity_m_s=np.broadcast_to(np.gradient(wall, step, axis=0), rollout.velocity_m_s.shape),
-        dissipated_J=dissipated,
-    )
+    place = rollout.position_m[:1] + wall - wall[:1]
+    velocity = np.broadcast_to(drift, rollout.velocity_m_s.shape)
+    return replace(rollout, position_m=place, velocity_m_s=velocity, dissipated_J=dissipated)
 
 
 def slowed(rollout: RollOut, scene: Scene, rate: float = SLOWED_RATE) -> RollOut:
@@ -428,8 +420,7 @@ def slowed(rollout: RollOut, scene: Scene, rate: float = SLOWED_RATE) -> RollOut
     following = np.minimum(frame + 1, len(moment) - 1)
     step = rollout.time_s[1] - rollout.time_s[0]
     share = ((moment - rollout.time_s[frame]) / step)[:, None, None, None]
-    wall = scene.wall_position(rollout.start_s + rollout.time_s[:, None])[:, :, None, :]
-    drift = np.gradient(wall, step, axis=0)
+    wall, drift = rollout.wall_of(scene)
     place, motion = rollout.position_m - wall, rollout.velocity_m_s - drift
     late = (1 - share[..., 0, 0]) * rollout.cumulative_J[frame] + share[..., 0, 0] * rollout.cumulative_J[following]
     return replace(
@@ -438,19 +429,3 @@ def slowed(rollout: RollOut, scene: Scene, rate: float = SLOWED_RATE) -> RollOut
         velocity_m_s=drift + rate * ((1 - share) * motion[frame] + share * motion[following]),
         dissipated_J=np.diff(late, axis=0, prepend=0),
     )
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What a surrogate is opened with: its weights, the simulation that gives scene and first states, and its rules.
-
-    edges: which nodes of a graph are joined. snap_back_m: signed distance above which a ball is put back to it [m];
-    None for never. until_s: first states are taken up to this time of motion [s].
-    """
-
-    weights: str | Path
-    run: str | Path
-    edges: EdgeConfig
-    snap_back_m: float | None
-    device: "torch.device"
-    until_s: float

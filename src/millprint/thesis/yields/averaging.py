@@ -123,11 +123,6 @@ def expected_conversion(link: str, mean: np.ndarray, deviation: np.ndarray) -> n
     return LINKS[link].inverse(mean[:, None] + deviation[:, None] * NODES) @ NODE_WEIGHTS
 
 
-def fit_member(candidate: Candidate, rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> Member:
-    """`fit_described` on rows with the six conditions."""
-    return fit_described(candidate, describe(rows).to_numpy(), yields, settings)
-
-
 def fit_described(candidate: Candidate, raw: np.ndarray, yields: np.ndarray, settings: AveragingConfig) -> Member:
     """Fit one member on inputs (n, k), as described, and yields (n,) [%]; its evidence is that of the yields.
 
