@@ -24,7 +24,6 @@ from millprint.thesis.figures.chapter3_and_4_figures import (
     plot_yield,
 )
 from millprint.thesis.regimes import (
-    Chemistry,
     compare_with_prior,
     curve_of,
     energy_leverage,
@@ -62,13 +61,6 @@ def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionCo
         density_kg_m3=about["density_kg_m3"],
         amplitude_m=about["amplitude_m"],
     )
-    chemistry = Chemistry(
-        borate_molar_mass=settings.borate_molar_mass_g_mol * 1e-3,
-        borohydride_molar_mass=settings.borohydride_molar_mass_g_mol * 1e-3,
-        enthalpy=settings.enthalpy_kJ_mol * 1e3,
-        gibbs=settings.gibbs_kJ_mol * 1e3,
-        lower_heating_value=settings.lower_heating_value_kJ_mol * 1e3,
-    )
     chosen = {"published": measured, "ours": regimes.with_curves(measured, fingerprint)}
     cases = {name: regimes.design_cases(table, reference) for name, table in chosen.items()}
     # The yields were measured at the speeds of the published design, so our curves give the power at these speeds.
@@ -80,12 +72,11 @@ def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionCo
     powers = {"published": cases["published"]["power_as_printed_W"], "ours": cases["ours"]["power_as_run_W"]}
     runs = {name: measured.assign(power_W=power) for name, power in powers.items()}
     prior = settings.prior._asdict()
-    leverage = (chemistry, settings.plug_efficiency, settings.electricity_price_EUR_kWh)
     tables = {
         "table_4_2": cases,
         "table_4_3": {name: compare_with_prior(best_run(measured, table), prior) for name, table in cases.items()},
         "table_4_4": {name: specific_yields(table) for name, table in runs.items()},
-        "table_4_5": {name: energy_leverage(table, *leverage) for name, table in runs.items()},
+        "table_4_5": {name: energy_leverage(table, settings) for name, table in runs.items()},
     }
     for name, pair in tables.items():
         write_table(side_by_side(pair), getattr(output, name))

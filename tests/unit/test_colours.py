@@ -13,7 +13,7 @@ from tests.conftest import ROOT
 
 # Eight times the smallest difference that an eye can see.
 SMALLEST = 18.0
-VERDICTS = tuple(shown.colour for shown in SHOWN_VERDICTS.values())
+VERDICTS = tuple(colour for colour, _ in SHOWN_VERDICTS.values())
 # Of the explorer: two series each, or balls, powder and jar.
 EXPLORER = ("#0072b2", "#c2500a", "#333333")
 LIBRARY = ROOT / "src/millprint"

@@ -16,6 +16,7 @@ import pandas as pd
 
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
+from millprint.config.workflow import PartitionConfig
 from millprint.dose.kinetics import MODELS, TIME, YIELD, doses
 from millprint.fingerprint.descriptors import CHARGE, NOTHING, condition_of
 from millprint.fingerprint.descriptors import CONDITION as WITH_CHARGE
@@ -151,17 +152,6 @@ JOULES_PER_KWH = 3.6e6
 POINTS = 80
 
 
-@dataclass(frozen=True)
-class Chemistry:
-    """The reaction of Eq. 4.2, one mole of borohydride for one of borate: molar masses [kg/mol], energies [J/mol]."""
-
-    borate_molar_mass: float
-    borohydride_molar_mass: float
-    enthalpy: float
-    gibbs: float
-    lower_heating_value: float
-
-
 def specific_yields(runs: pd.DataFrame) -> pd.DataFrame:
     """Yield and converted mass over power, with their gains over the reference (Table 4.4).
 
@@ -180,27 +170,28 @@ def specific_yields(runs: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def energy_leverage(runs: pd.DataFrame, chemistry: Chemistry, efficiency: float, price: float) -> pd.DataFrame:
+def energy_leverage(runs: pd.DataFrame, settings: PartitionConfig) -> pd.DataFrame:
     """Share of the milling energy found again as chemical energy (Eq. 4.7, Table 4.5), plug energy and cost.
 
     runs: as for `specific_yields`, with time_h. Mechanical energy P t [J]; leverage on enthalpy, Gibbs energy and
-    lower heating value [%]; energy from the plug E / (eta m) [kWh/kg] (Eq. 4.8) and its cost [EUR/kg] (Eq. 4.9) for
-    `efficiency` eta [-] and `price` [EUR/kWh], m the mass of borohydride.
+    lower heating value [%]; energy from the plug E / (eta m) [kWh/kg] (Eq. 4.8) and its cost [EUR/kg] (Eq. 4.9), m the
+    mass of borohydride, one mole for one of borate (Eq. 4.2).
 
     The printed digits are ours, rounded or truncated: the column dG comes out by rounding if it is 1.23 times the
     unrounded column dH, as the text of Sec. 4.3.2 says, and the column LHV by truncation of 2908 / 1226 times it.
     """
     table = runs[["case", "mode", "fill_ratio", "power_W"]].copy()
-    moles = runs["borate_mass_g"] * 1e-3 / chemistry.borate_molar_mass * runs["yield_percent"] / 100.0
+    molar_mass = settings.borate_molar_mass_g_mol * 1e-3
+    moles = runs["borate_mass_g"] * 1e-3 / molar_mass * runs["yield_percent"] / 100.0
     table["mechanical_energy_J"] = runs["power_W"] * runs["time_h"] * SECONDS_PER_HOUR
     table["borohydride_mol"] = moles
-    table["borohydride_mass_g"] = moles * chemistry.borohydride_molar_mass * 1e3
-    energies = {"dH": chemistry.enthalpy, "dG": chemistry.gibbs, "LHV": chemistry.lower_heating_value}
-    for name, energy in energies.items():
-        table[f"leverage_{name}_percent"] = 100.0 * moles * energy / table["mechanical_energy_J"]
+    table["borohydride_mass_g"] = moles * (settings.borohydride_molar_mass_g_mol * 1e-3) * 1e3
+    energies_kJ = settings.enthalpy_kJ_mol, settings.gibbs_kJ_mol, settings.lower_heating_value_kJ_mol
+    for name, energy in zip(("dH", "dG", "LHV"), energies_kJ, strict=True):
+        table[f"leverage_{name}_percent"] = 100.0 * moles * (energy * 1e3) / table["mechanical_energy_J"]
     mass = table["borohydride_mass_g"] * 1e-3
-    table["plug_energy_kWh_kg"] = table["mechanical_energy_J"] / JOULES_PER_KWH / (efficiency * mass)
-    table["cost_EUR_kg"] = table["plug_energy_kWh_kg"] * price
+    table["plug_energy_kWh_kg"] = table["mechanical_energy_J"] / JOULES_PER_KWH / (settings.plug_efficiency * mass)
+    table["cost_EUR_kg"] = table["plug_energy_kWh_kg"] * settings.electricity_price_EUR_kWh
     return table
 
 

@@ -189,11 +189,6 @@ def _radius(inputs: Inputs) -> float:
     return _drum(inputs)[1].radius_mm * 1e-3
 
 
-def _single(inputs: Inputs, quantity: str) -> str:
-    """The id of a measured single number, empty if there is none."""
-    return next(iter(inputs.ids_of(quantity).values()), "")
-
-
 @dataclass(frozen=True)
 class Profile:
     """Results of a run of set-up 4: surface angle [deg], speeds (k,) [m/s] at places, and the place of speed 0 [m]."""
@@ -278,8 +273,8 @@ def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
 
     ids, omega = inputs.ids_of(FLOW_SPEED), settings.speed_rpm * math.pi / 30
     rows = [
-        *rows_of(0, SURFACE_ANGLE, "deg", _single(inputs, SURFACE_ANGLE)),
-        *rows_of(1, STILL_PLACE, "m", _single(inputs, STILL_PLACE)),
+        *rows_of(0, SURFACE_ANGLE, "deg", inputs.ids_of_single(SURFACE_ANGLE)),
+        *rows_of(1, STILL_PLACE, "m", inputs.ids_of_single(STILL_PLACE)),
     ]
     for place, depth in enumerate(depths.tolist(), start=2):
         if not math.isnan(found[place]):
@@ -339,7 +334,7 @@ def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
     slices = inputs.simulated(runs, lambda own: _slice_angle(inputs, case, ContactConfig(**own)), "slices")
     base, *others = (each["angle_deg"] for each in slices)
     changes = [0.0, *(angle - base for angle in others)]
-    found, id = float(angles.mean()), _single(inputs, REPOSE)
+    found, id = float(angles.mean()), inputs.ids_of_single(REPOSE)
     logger.info("whole drum: %s deg; slice with smooth ends: %.2f deg", np.round(angles, 2).tolist(), base)
     return pd.DataFrame(
         [

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import inf, nan
 from pathlib import Path
 from typing import Any
@@ -87,10 +87,6 @@ def read_other_codes(path: str | Path) -> pd.DataFrame:
     return read_measured(path, OTHER_CODES, fewest_rows=0)
 
 
-def _no_codes() -> pd.DataFrame:
-    return pd.DataFrame(columns=[column.name for column in OTHER_CODES])
-
-
 @dataclass(frozen=True)
 class Inputs:
     """What a prediction may use; it gets only the places x of the measured points, not their values.
@@ -98,7 +94,7 @@ class Inputs:
     settings: the section of the set-up; mill: None without one; contacts: by name, first the one that predicts; cases:
     the simulations of its sweeps by path; runs: the folder results/dem; places: id, quantity, unit and x of the
     measured points of this set-up; folder: of the set-up's tables, if it simulates before it predicts; other_codes: as
-    `read_other_codes`.
+    `read_other_codes`, if anything is known.
     """
 
     settings: Any
@@ -109,7 +105,7 @@ class Inputs:
     runs: Path
     places: pd.DataFrame
     folder: Path = Path()
-    other_codes: pd.DataFrame = field(default_factory=_no_codes)
+    other_codes: pd.DataFrame | None = None
 
     @property
     def contact(self) -> ContactConfig:

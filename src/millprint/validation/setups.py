@@ -5,7 +5,7 @@ Impacts of single spheres: the DEM, laws of partial slip and of plastic rebound,
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -320,9 +320,7 @@ def predict(
     """
     setup = setup_named(name)
     places = measured.loc[measured["setup"] == name, list(PLACE_COLUMNS)]
-    inputs = Inputs(settings, mill, contacts, dem, cases, Path(runs), places, Path(folder))
-    if other_codes is not None:
-        inputs = replace(inputs, other_codes=other_codes)
+    inputs = Inputs(settings, mill, contacts, dem, cases, Path(runs), places, Path(folder), other_codes)
     table = check_predictions(PREDICTED[setup.kind].predict(inputs), name)
     known = dict.fromkeys(table["quantity"])
     for id, quantity in zip(places["id"], places["quantity"], strict=True):

@@ -327,6 +327,8 @@ def powers_of_other_codes(inputs: Inputs) -> list[dict[str, Any]]:
     """Predictions by other codes for the same mill, contact set and numbers of balls."""
     settings: TumblingConfig = inputs.settings
     codes = inputs.other_codes
+    if codes is None:
+        return []
     same = (codes["mill"] == settings.mill) & (codes["contact"] == settings.contact)
     own = codes[same & codes["balls"].isin(settings.numbers)]
     return [

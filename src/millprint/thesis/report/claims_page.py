@@ -1,7 +1,6 @@
 """The page of a run: its runtimes, claims and conclusions."""
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -74,18 +73,11 @@ def sum_stages(runtimes: pd.DataFrame) -> pd.DataFrame:
     ).reset_index()
 
 
-@dataclass(frozen=True)
-class ShownVerdict:
-    """How the report shows a verdict: its colour, and what it means."""
-
-    colour: str
-    meaning: str
-
-
+# Colour of a verdict, and what it means.
 SHOWN_VERDICTS = {
-    AGREES: ShownVerdict("#009E73", "the value is within the tolerance of the claim"),
-    DIFFERS: ShownVerdict("#D55E00", "outside the tolerance; the table says by how much and what is known of why"),
-    OPEN: ShownVerdict("#BBBBBB", "not run: this configuration leaves out what the claim needs"),
+    AGREES: ("#009E73", "the value is within the tolerance of the claim"),
+    DIFFERS: ("#D55E00", "outside the tolerance; the table says by how much and what is known of why"),
+    OPEN: ("#BBBBBB", "not run: this configuration leaves out what the claim needs"),
 }
 LARGEST_COUNT = 15
 DEVIATION_COLUMNS = ["id", "locus", "quantity", "published", "unit", "reproduced", "deviation", "explanation"]
@@ -102,8 +94,8 @@ def _bars(counts: pd.DataFrame) -> list[dict]:
     bars = []
     for row in counts.to_dict("records"):
         parts = [
-            {"name": name, "count": row[name], "colour": shown.colour, "share": row[name] / row["claims"]}
-            for name, shown in SHOWN_VERDICTS.items()
+            {"name": name, "count": row[name], "colour": colour, "share": row[name] / row["claims"]}
+            for name, (colour, _) in SHOWN_VERDICTS.items()
             if row[name]
         ]
         said = ", ".join(f"{part['count']} {part['name']}" for part in parts)
@@ -228,8 +220,8 @@ def summary_page(
         counted=count_natures(claims),
         deviating=len(largest),
         verdicts=[
-            {"name": key, "meaning": shown.meaning, "colour": shown.colour, "count": int(counts[key].sum())}
-            for key, shown in SHOWN_VERDICTS.items()
+            {"name": key, "meaning": meaning, "colour": colour, "count": int(counts[key].sum())}
+            for key, (colour, meaning) in SHOWN_VERDICTS.items()
         ],
         bars=_bars(counts),
         sections={name: section for name, section in shown.items() if len(section.frame)},
