@@ -163,13 +163,6 @@ def cross_validate(
     return centres, residuals
 
 
-def cross_validated_intervals(
-    fit: Fit, rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, levels: list[float], folds: int, seed: int
-) -> np.ndarray:
-    """CV+ intervals (m, levels, 2) [%] for the rows `unseen`, by refits of `fit` on folds of the training rows."""
-    return cross_intervals(*cross_validate(fit, rows, yields, unseen, folds, seed), levels)
-
-
 def refit(model: YieldModel, training: TrainingConfig) -> Fit:
     """A function that fits the steps of a model on other rows, with the same hyper-parameters."""
     parameters = [step.parameters for step in model.steps]

@@ -45,7 +45,7 @@ from millprint.thesis.yields.features import (
     Standardisation,
     describe,
 )
-from millprint.thesis.yields.held_out import CV_PLUS, cross_validated_intervals, own_intervals, refit
+from millprint.thesis.yields.held_out import CV_PLUS, cross_intervals, cross_validate, own_intervals, refit
 from millprint.thesis.yields.regressors import regressor
 from millprint.thesis.yields.yield_model import Plan, SearchResult, Step, YieldModel, fit_in_turn
 
@@ -96,22 +96,25 @@ def save_averaged(model: AveragedModel, rows: pd.DataFrame, margin: float, path:
     conversions from 0 and 1 [-].
     """
     members = [
-        {
-            "link": member.candidate.link,
-            "scales": list(member.candidate.scales),
-            "structure": member.candidate.structure,
-            "weight": float(weight),
-            "log_evidence": float(member.log_evidence),
-            "log_parameters": member.process.logs.tolist(),
-            "input_mean": member.standard.mean.tolist(),
-            "input_spread": member.standard.deviation.tolist(),
-            "target_mean": member.mean,
-            "target_spread": member.spread,
-        }
+        _fitted(member, weight) | {"structure": member.candidate.structure, "log_evidence": float(member.log_evidence)}
         for member, weight in zip(model.members, model.weights, strict=True)
     ]
     own = {"format": AVERAGED_FORMAT, "inputs": list(INPUTS), "margin": margin, "members": members}
     write_json(_about(model, rows, ("numpy", "scipy")) | own, path)
+
+
+def _fitted(member: Member, weight: float) -> dict:
+    """What a member has learned, and its weight."""
+    return {
+        "weight": float(weight),
+        "link": member.candidate.link,
+        "scales": list(member.candidate.scales),
+        "log_parameters": member.process.logs.tolist(),
+        "input_mean": member.standard.mean.tolist(),
+        "input_spread": member.standard.deviation.tolist(),
+        "target_mean": float(member.mean),
+        "target_spread": float(member.spread),
+    }
 
 
 def read_stored(path: str, expected: str | None = None) -> dict:
@@ -407,7 +410,8 @@ def predict_conditions(
     if isinstance(model, YieldModel) and not intervals:
         yields = known[YIELD].to_numpy(float)
         fit = refit(model, training)
-        intervals = {CV_PLUS: cross_validated_intervals(fit, known, yields, rows, [level], folds, training.seed)}
+        errors = cross_validate(fit, known, yields, rows, folds, training.seed)
+        intervals = {CV_PLUS: cross_intervals(*errors, [level])}
     ((method, ends),) = intervals.items()
     warnings = domain_warnings(model, known, rows, limits, mill)
     answered = np.array([extrapolate or not text for text in warnings])
@@ -464,24 +468,18 @@ def yield_content(path: str | Path, prediction: PredictionConfig, level: float) 
         "mean_variance": MEAN_VARIANCE,
         "jitter": FIT_JITTER,
         "members": [
-            _member(member, float(weight)) for member, weight in zip(model.members, model.weights, strict=True)
+            _fitted(member, weight) | _explored(member)
+            for member, weight in zip(model.members, model.weights, strict=True)
         ],
     }
 
 
-def _member(member: Member, weight: float) -> dict:
+def _explored(member: Member) -> dict:
+    """The terms of a member's kernel, and its data."""
     own = member.process.kernel
     terms = zip((own.lengths >= 0).astype(int).tolist(), (shape == LINEAR for shape in own.shapes), strict=True)
     return {
-        "weight": weight,
-        "link": member.candidate.link,
-        "scales": list(member.candidate.scales),
         "terms": [{"factors": factors, "linear": linear} for factors, linear in terms],
-        "log_parameters": member.process.logs.tolist(),
-        "input_mean": member.standard.mean.tolist(),
-        "input_spread": member.standard.deviation.tolist(),
-        "target_mean": float(member.mean),
-        "target_spread": float(member.spread),
         "known": member.process.inputs.tolist(),
         "target": member.process.target.tolist(),
     }
