@@ -2,7 +2,7 @@
 
 import itertools
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -28,23 +28,32 @@ def plot_spectra(spectra: pd.DataFrame, title: str) -> Figure:
     spectra: of one charge at one speed by one rule, as of `dose.spectra_shown.shown`; a colour per fill ratio, solid
     lines for ball on ball, dashed lines for ball on wall. The open bins at both ends are not drawn.
     """
-    figure, axes = plt.subplots(3, 2, figsize=(PAGE_WIDTH_IN, 6.2), sharex="col", sharey="row")
     bins = spectra.dropna(subset=["energy_low_J", "energy_high_J"])
+
+    def draw(axis: Axes, channel: str, quantity: str) -> None:
+        _draw(axis, bins[bins["channel"] == channel], quantity)
+
+    figure = _channels_beside(list(QUANTITIES), 6.2, draw, decades=7)
+    figure.suptitle(no_formula(title), fontsize=8)
+    return figure
+
+
+def _channels_beside(
+    quantities: Sequence[str], height_in: float, draw: Callable[[Axes, str, str], None], decades: int
+) -> Figure:
+    """A column per channel and a row per quantity, each panel drawn by `draw`; decades: of logarithmic axes."""
+    figure, axes = plt.subplots(len(quantities), 2, figsize=(PAGE_WIDTH_IN, height_in), sharex="col", sharey="row")
     for column, (channel, label) in enumerate(CHANNELS.items()):
-        for row, (quantity, title_y) in enumerate(QUANTITIES.items()):
-            axis = axes[row, column]
-            _draw(axis, bins[bins["channel"] == channel], quantity)
-            axis.set_xscale("log")
-            if quantity != "power_above_share":
-                axis.set_yscale("log")
+        for axis, quantity in zip(axes[:, column], quantities, strict=True):
+            draw(axis, channel, quantity)
+            axis.set(xscale="log", yscale="linear" if quantity == "power_above_share" else "log")
             if column == 0:
-                axis.set_ylabel(title_y)
+                axis.set_ylabel(QUANTITIES[quantity])
         axes[-1, column].set_xlabel(label)
     for axis in axes[:2, 0]:
-        _cut(axis, 7)
+        _cut(axis, decades)
     letter_panels(axes.flat)
     legend_below(figure, axes.flat, columns=4, fontsize=7)
-    figure.suptitle(no_formula(title), fontsize=8)
     return figure
 
 
@@ -82,25 +91,17 @@ def plot_rules(bins: pd.DataFrame, read_off: pd.DataFrame, title: str, note: str
     bins: as of `dose.spectra_shown.over_pairs`; read_off: as of `of_sheet`, drawn for both pairs; note: how much the
     rules differ.
     """
-    figure, axes = plt.subplots(2, 2, figsize=(PAGE_WIDTH_IN, 4.6), sharex="col", sharey="row")
     both = read_off[read_off["pair"] == BOTH]
     rules = list(dict.fromkeys(both["counting_rule"]))
-    for column, (channel, label) in enumerate(CHANNELS.items()):
+
+    def draw(axis: Axes, channel: str, quantity: str) -> None:
         half = both[both["channel"] == channel].set_index("counting_rule")["half_power_J"]
-        for row, quantity in enumerate(("collisions_hz", "power_W")):
-            axis = axes[row, column]
-            own = bins[bins["channel"] == channel]
-            for rule, colour in zip(rules, itertools.cycle(COLOURS)):
-                _steps(axis, own[own["counting_rule"] == rule], quantity, rule, colour, "-")
-                axis.axvline(half[rule], color=colour, linewidth=0.8, linestyle=":")
-            axis.set(xscale="log", yscale="log")
-            if column == 0:
-                axis.set_ylabel(QUANTITIES[quantity])
-        axes[-1, column].set_xlabel(label)
-    for axis in axes[:, 0]:
-        _cut(axis, 6)
-    letter_panels(axes.flat)
-    legend_below(figure, axes.flat, columns=4, fontsize=7)
+        own = bins[bins["channel"] == channel]
+        for rule, colour in zip(rules, itertools.cycle(COLOURS)):
+            _steps(axis, own[own["counting_rule"] == rule], quantity, rule, colour, "-")
+            axis.axvline(half[rule], color=colour, linewidth=0.8, linestyle=":")
+
+    figure = _channels_beside(("collisions_hz", "power_W"), 4.6, draw, decades=6)
     figure.suptitle(f"{no_formula(title)}\n{textwrap.fill(note, 110)}", fontsize=7)
     return figure
 

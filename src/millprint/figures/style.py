@@ -70,6 +70,29 @@ def no_formula(text: str) -> str:
     return text.replace("$", r"\$")
 
 
+def panels_for(count: int, columns: int, size_in: tuple[float, float], **look: Any) -> tuple[Figure, list[Axes]]:
+    """A figure with this number of panels, row by row; size_in: width of the figure and height of a row."""
+    rows = -(-count // columns)
+    size = size_in[0], size_in[1] * rows
+    figure, grid = plt.subplots(rows, columns, figsize=size, squeeze=False, **look)
+    for axis in grid.flat[count:]:
+        axis.remove()
+    return figure, list(grid.flat[:count])
+
+
+def ticks_at(axis: Axes, values: Iterable[float]) -> None:
+    """Ticks of the horizontal axis at some values only."""
+    places = sorted(set(values))
+    axis.set_xticks(places, [f"{place:g}" for place in places])
+    axis.minorticks_off()
+
+
+def show_tolerance(axis: Axes, tolerance: float) -> None:
+    """A line at 0 in a grey band of a tolerance to both sides."""
+    axis.axhspan(-tolerance, tolerance, color="0.9", linewidth=0)
+    axis.axhline(0, color="0.6", linewidth=0.8)
+
+
 def letter_panels(axes: Iterable[Axes]) -> None:
     """Write (a), (b) and so on over the panels of a figure."""
     for letter, axis in zip(ascii_lowercase, axes, strict=False):
@@ -197,7 +220,7 @@ def drawn(figure: Figure) -> pd.DataFrame:
     filled = [np.broadcast_to(value, length) for value, length in zip(values, lengths, strict=True)]
     columns = {
         "panel": np.repeat(panels, lengths),
-        "kind": np.repeat([_kind(artist) for artist in artists], lengths),
+        "kind": np.repeat([type(artist).__name__ for artist in artists], lengths),
         "label": np.repeat([_label(artist) for artist in artists], lengths),
         "part": np.repeat(numbers, lengths),
         "x": x,
@@ -205,10 +228,6 @@ def drawn(figure: Figure) -> pd.DataFrame:
         "value": np.concatenate(filled),
     }
     return pd.DataFrame(columns)[DRAWN_COLUMNS]
-
-
-def _kind(artist: Artist) -> str:
-    return type(artist).__name__
 
 
 def _label(artist: Artist) -> str:

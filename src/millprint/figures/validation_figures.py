@@ -23,6 +23,8 @@ from millprint.figures.style import (
     legend_below,
     letter_panels,
     no_formula,
+    panels_for,
+    ticks_at,
 )
 from millprint.mill.vessel import Vessel
 
@@ -85,14 +87,11 @@ def plot_setup(
     """
     quantities = list(dict.fromkeys(predictions["quantity"]))
     models = [model for model in dict.fromkeys(predictions["model"]) if model != DEM]
-    columns = min(len(quantities), 2)
-    rows = -(-len(quantities) // columns)
-    figure, grid = plt.subplots(rows, columns, figsize=(PAGE_WIDTH_IN, ROW_IN * rows + 0.4), squeeze=False)
-    axes = list(grid.flat)
+    figure, axes = panels_for(len(quantities), min(len(quantities), 2), (PAGE_WIDTH_IN, ROW_IN))
     names = dict(zip(points["quantity"], points["x_name"], strict=True))
     shared = next(iter(names.values()), "")
     names = {**(x_names or {}), **names}
-    for axis, quantity in zip(axes, quantities, strict=False):
+    for axis, quantity in zip(axes, quantities, strict=True):
         lines, measured = predictions[predictions["quantity"] == quantity], points[points["quantity"] == quantity]
         _draw_models(axis, lines, models)
         _draw_points(axis, measured)
@@ -101,9 +100,7 @@ def plot_setup(
             axis.set_xlim(-1, 1)
         axis.set(xlabel="" if lines["x"].isna().all() else no_formula(names.get(quantity, shared)))
         axis.set_ylabel(fill(f"{quantity} [{lines['unit'].iloc[0]}]", LABEL_LETTERS))
-    for axis in axes[len(quantities) :]:
-        axis.set_visible(False)
-    letter_panels(axes[: len(quantities)])
+    letter_panels(axes)
     legend_below(figure, axes, LEGEND_COLUMNS)
     figure.suptitle(title, fontsize=9)
     return figure
@@ -153,15 +150,13 @@ def plot_charge(balls: pd.DataFrame, curve: pd.DataFrame, vessel: Vessel, axis: 
     speed. The drum turns clockwise.
     """
     runs = balls.groupby("run", sort=False)
-    columns = min(COLUMNS, len(runs))
-    rows = -(-len(runs) // columns)
-    width = PAGE_WIDTH_IN / COLUMNS
-    figure, grid = plt.subplots(rows, columns, figsize=(columns * width, rows * (width + 0.2) + 0.5), squeeze=False)
+    columns, width = min(COLUMNS, len(runs)), PAGE_WIDTH_IN / COLUMNS
+    figure, panels = panels_for(len(runs), columns, (columns * width, width + 0.35))
     outline = _outline(vessel, axis)
     radius = np.linalg.norm(outline, axis=1).max()
     fastest = balls["ball_speed_m_s"].quantile(0.98)
     drawn = None
-    for panel, (_, own) in zip(grid.flat, runs, strict=False):
+    for panel, (_, own) in zip(panels, runs, strict=True):
         first = own.iloc[0]
         panel.add_patch(Circle((0, 0), 1.06 * radius, facecolor=WALL, edgecolor="#606060", linewidth=0.6))
         hollow = _turned(outline, first["angle_deg"])
@@ -182,12 +177,10 @@ def plot_charge(balls: pd.DataFrame, curve: pd.DataFrame, vessel: Vessel, axis: 
         )  # fmt: skip
         panel.set(xlim=(-1.08 * radius, 1.08 * radius), ylim=(-1.08 * radius, 1.08 * radius), aspect="equal")
         panel.axis("off")
-    for panel in list(grid.flat)[len(runs) :]:
-        panel.set_visible(False)
-    letter_panels(list(grid.flat)[: len(runs)])
+    letter_panels(panels)
     if drawn is not None:
         figure.colorbar(
-            drawn, ax=grid, location="bottom", shrink=0.5, fraction=0.05, aspect=40, label="speed of a ball [m/s]"
+            drawn, ax=panels, location="bottom", shrink=0.5, fraction=0.05, aspect=40, label="speed of a ball [m/s]"
         )
     return figure
 
@@ -227,8 +220,7 @@ def plot_shaken(predictions: pd.DataFrame, lost: str, same: str, x_name: str) ->
         letter_panels(axes)
     for axis in axes:
         axis.set(xscale="log", xlabel=x_name)
-        axis.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
-        axis.minorticks_off()
+        ticks_at(axis, TICKS)
     for axis, rows in zip(axes, (predictions, ratios), strict=False):
         axis.set_xlim(0.9 * rows["x"].min(), 1.1 * rows["x"].max())
     legend_below(figure, axes, 4)

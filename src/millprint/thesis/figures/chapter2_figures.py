@@ -208,6 +208,12 @@ def _bars_of_weighings(wear: pd.DataFrame) -> list[pd.Series]:
     return [end.clip(lower=0) for end in ends]
 
 
+def _first_charge(wear: pd.DataFrame, material: str) -> pd.DataFrame:
+    """The rows of a material with the ball-to-powder ratio and the time of its first row."""
+    own = wear[wear["material"] == material]
+    return own.merge(own[["bpr", "time_h"]].head(1))
+
+
 def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, said: str) -> Figure:
     """Measured and predicted wear of the weighings, and wear against the fill ratio for every mill, ball and speed.
 
@@ -235,10 +241,9 @@ def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, said: 
     left.set_ylim(bottom=0)
     left.margins(x=0.3)
     left.legend(fontsize=7, loc="upper left")
-    shown = wear[wear["material"] == material]
+    shown = _first_charge(wear, material)
     if len(shown):
         first = shown.iloc[0]
-        shown = shown[(shown["bpr"] == first["bpr"]) & (shown["time_h"] == first["time_h"])]
         groups = shown.sort_values("fill_ratio").groupby(["mill", "ball_diameter_mm", "speed_rpm"], sort=True)
         for index, ((mill, diameter, speed), rows) in enumerate(groups):
             right.errorbar(
@@ -270,9 +275,8 @@ def plot_mill_wear(wear: pd.DataFrame, material: str) -> Figure:
     wear: as from predict_wear; only rows of `material` and the first charge are drawn; bars span the coefficients of
     single weighings.
     """
-    shown = wear[wear["material"] == material]
+    shown = _first_charge(wear, material)
     first = shown.iloc[0]
-    shown = shown[(shown["bpr"] == first["bpr"]) & (shown["time_h"] == first["time_h"])]
     mills = list(dict.fromkeys(shown["mill"]))
     figure, axis = plt.subplots(figsize=(PAGE_WIDTH_IN, 0.9 + 0.45 * len(mills)))
     for place, mill in enumerate(mills):

@@ -24,6 +24,8 @@ from millprint.figures.style import (
     draw_curve,
     legend_below,
     letter_panels,
+    show_tolerance,
+    ticks_at,
 )
 from millprint.observables.definitions import DESCRIPTORS, PANELS
 
@@ -74,8 +76,7 @@ def _errorbar(axis: Axes, x: pd.Series, line: pd.DataFrame, name: str, **look: A
 
 
 def _plot_deviation(axis: Axes, table: pd.DataFrame, name: str, tolerance: float) -> None:
-    axis.axhspan(-tolerance, tolerance, color="0.9", linewidth=0)
-    axis.axhline(0, color="0.6", linewidth=0.8)
+    show_tolerance(axis, tolerance)
     for index, line in _series(table):
         # Side by side, to distinguish bars of two series at the same step.
         steps = MICROSECONDS * line["time_step_s"] * (1 + 0.04 * index)
@@ -89,7 +90,7 @@ def plot_timestep(table: pd.DataFrame, choice: dict) -> Figure:
     table: time_step_s, closure and deviations of the time-step sweep; choice: what `choose_step` returns.
     """
     figure, axes = plt.subplots(2, 2, figsize=(PAGE_WIDTH_IN, 4.4))
-    ticks = sorted({float(f"{MICROSECONDS * step:.2g}") for step in table["time_step_s"]})
+    ticks = [float(f"{MICROSECONDS * step:.2g}") for step in table["time_step_s"]]
     _plot_closure(axes.flat[0], table, choice)
     for axis, name in zip(axes.flat[1:], DEVIATIONS, strict=True):
         _plot_deviation(axis, table, name, choice["criteria"]["tolerance_percent"])
@@ -100,8 +101,7 @@ def plot_timestep(table: pd.DataFrame, choice: dict) -> Figure:
             label = "" if index else "step of the sweeps"
             axis.axvline(taken, color=COLOURS[index], linestyle="-.", linewidth=1, label=label)
         axis.set(xscale="log", xlabel="time step [µs]")
-        axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-        axis.minorticks_off()
+        ticks_at(axis, ticks)
     legend_below(figure, axes.flat[:1], 3)
     return figure
 
@@ -143,9 +143,7 @@ def plot_modulus(table: pd.DataFrame) -> Figure:
             _errorbar(deviation, moduli, line, name, marker=marker, color=colour, label="" if index else label)
     deviation.set(xlabel="Young's modulus [GPa]", ylabel="change from the\nstiffest ball [%]", xscale="log")
     deviation.legend(fontsize=6)
-    moduli = sorted(table["young_modulus_gpa"].unique())
-    deviation.set_xticks(moduli, [f"{modulus:g}" for modulus in moduli])
-    deviation.minorticks_off()
+    ticks_at(deviation, table["young_modulus_gpa"])
     letter_panels((power, deviation))
     return figure
 

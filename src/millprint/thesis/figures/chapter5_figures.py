@@ -10,7 +10,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDTH_IN, PUBLISHED
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDTH_IN, PUBLISHED, panels_for
 from millprint.thesis.yields.features import LEFT_OUT, NESTED, SPREAD
 from millprint.thesis.yields.regressors import AVERAGED, BASELINES, CLIMATOLOGY, TITLES
 
@@ -57,14 +57,11 @@ def plot_test_predictions(predictions: pd.DataFrame) -> Figure:
     """
     test = predictions[predictions["role"] == "test"]
     panels = [name for name in TITLES if name != "linear" and name in set(test["model"])]
-    lines = (len(panels) + 1) // 2
-    figure, axes = plt.subplots(
-        lines, 2, figsize=(COLUMN_WIDTH_IN, 1.75 * lines), sharex=True, sharey=True, squeeze=False
-    )
+    figure, axes = panels_for(len(panels), 2, (COLUMN_WIDTH_IN, 1.75), sharex=True, sharey=True)
     if len(panels) % 2:
-        axes[-1, 1].remove()
-        axes[max(lines - 2, 0), 1].tick_params(labelbottom=True)
-    for axis, model in zip(axes.flat[: len(panels)], panels, strict=True):
+        # Nothing is below the last panel on the right.
+        axes[-2:][0].tick_params(labelbottom=True)
+    for axis, model in zip(axes, panels, strict=True):
         axis.plot([0, 100], [0, 100], color="#999999", linewidth=0.8)
         for strategy, (title, colour, marker) in STRATEGIES.items():
             rows = test[(test["model"] == model) & (test["strategy"] == strategy)]
@@ -76,7 +73,7 @@ def plot_test_predictions(predictions: pd.DataFrame) -> Figure:
         axis.set(xlim=(0, 100), ylim=(0, 100))
     figure.supxlabel("measured yield [%]", fontsize=8)
     figure.supylabel("predicted yield [%]", fontsize=8)
-    axes.flat[0].legend(fontsize=6, handletextpad=0.2, borderpad=0)
+    axes[0].legend(fontsize=6, handletextpad=0.2, borderpad=0)
     return figure
 
 
@@ -391,24 +388,19 @@ def plot_pit(table: pd.DataFrame) -> Figure:
     table: model, strategy, scheme, from, to, share, expected, SPREAD, whose range is shaded.
     """
     names = names_of(table)
-    columns = 4
-    lines = -(-len(names) // columns)
-    size = (PAGE_WIDTH_IN, 1.3 * lines + 0.4)
-    figure, axes = plt.subplots(lines, columns, figsize=size, sharex=True, sharey=True, squeeze=False)
-    for axis in axes.flat[len(names) :]:
-        axis.remove()
-    for axis, (model, strategy) in zip(axes.flat, names, strict=False):
+    figure, axes = panels_for(len(names), 4, (PAGE_WIDTH_IN, 1.45), sharex=True, sharey=True)
+    for axis, (model, strategy) in zip(axes, names, strict=True):
         own = table[(table["model"] == model) & (table["strategy"] == strategy)]
         for scheme in BOTH:
             title, colour, _ = SCHEMES[scheme]
             rows = own[own["scheme"] == scheme]
             edges = [*rows["from"], rows["to"].iloc[-1]]
-            axis.stairs(rows["share"], edges, color=colour, label=title if axis is axes[0, 0] else None)
+            axis.stairs(rows["share"], edges, color=colour, label=title if axis is axes[0] else None)
             if (rows["repeats"] > 1).all():
                 axis.stairs(rows["highest"], edges, baseline=rows["lowest"], fill=True, color=colour, alpha=0.2)
         axis.axhline(own["expected"].iloc[0], color="#999999", linewidth=0.8, zorder=0)
         axis.set_title(model_title(model, strategy), fontsize=7)
-    axes[0, 0].set(xlim=(0, 1), ylim=(0, None))
+    axes[0].set(xlim=(0, 1), ylim=(0, None))
     figure.supxlabel("probability integral of the measured yield [-]", fontsize=8)
     figure.supylabel("share of runs [-]", fontsize=8)
     figure.legend(loc="outside upper center", ncols=2, fontsize=7)

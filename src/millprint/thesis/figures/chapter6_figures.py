@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 
 from millprint.config.surrogate import EdgeConfig
 from millprint.figures.animation import INK, SPEEDS, WALL_DARK, WALL_LIGHT
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED, LineLook, plt
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED, LineLook, panels_for, plt
 from millprint.view.frames import Movie, Picture
 
 LABELS: dict[str, tuple[str, LineLook]] = {
@@ -151,16 +151,11 @@ def plot_loss(history: pd.DataFrame) -> Figure:
 
 
 def _grid(tests: list[str]) -> tuple[Figure, dict[str, Axes]]:
-    columns = 2 if len(tests) > 1 else 1
-    rows = -(-len(tests) // columns)
-    width = PAGE_WIDTH_IN if columns == 2 else COLUMN_WIDTH_IN
-    figure, panels = plt.subplots(rows, columns, figsize=(width, 2.1 * rows), squeeze=False)
-    for panel in panels.ravel()[len(tests) :]:
-        panel.remove()
-    named = dict(zip(tests, panels.ravel()[: len(tests)], strict=True))
-    for test, panel in named.items():
+    columns, width = (2, PAGE_WIDTH_IN) if len(tests) > 1 else (1, COLUMN_WIDTH_IN)
+    figure, panels = panels_for(len(tests), columns, (width, 2.1))
+    for test, panel in zip(tests, panels, strict=True):
         panel.set_title(TITLES.get(test, test))
-    return figure, named
+    return figure, dict(zip(tests, panels, strict=True))
 
 
 def _draw_curves(panel: Axes, part: pd.DataFrame, names: tuple[str, ...], unit: str) -> None:
