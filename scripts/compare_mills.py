@@ -36,21 +36,13 @@ def collect(collapse: list[str], coverage: dict[str, str], output) -> pd.DataFra
     return found
 
 
-def request_of(settings: MatchMillsConfig, like: str, descriptors: DescriptorSet) -> MatchConfig:
-    """The request of the settings, with the path of the fingerprint that the mill is to be like."""
-    condition = LikeConfig(fingerprint=like, **settings.like.model_dump(exclude={"mill"}))
-    return MatchConfig(
-        targets=[TargetConfig(name=settings.like.mill, like=condition)],
-        descriptors=descriptors,
-        **settings.model_dump(include={"speeds_rpm", "ball_diameters_mm"}),
-    )
-
-
 def match_mill(settings: MatchMillsConfig, mill: str, like: str, descriptors: DescriptorSet, output: str) -> list[str]:
     """Write the conditions of a mill nearest to one of another, by the paths of both; returns the sentences on them."""
     own = Fingerprint.read(mill)
-    request = request_of(settings, like, descriptors)
-    (asked,) = request.targets
+    condition = LikeConfig(fingerprint=like, **settings.like.model_dump(exclude={"mill"}))
+    asked = TargetConfig(name=settings.like.mill, like=condition)
+    speeds_and_balls = settings.model_dump(include={"speeds_rpm", "ball_diameters_mm"})
+    request = MatchConfig(targets=[asked], descriptors=descriptors, **speeds_and_balls)
     target = target_of(asked, [own], request)
     table = rank_conditions(target, [own], request)
     table.insert(0, "target", asked.name)

@@ -33,21 +33,16 @@ from millprint.thesis.fit.open_shape import read_equal_jars
 from millprint.thesis.scaling import draw_tables, tables_of
 
 
-def main(
-    results: str, claims: str, summaries: list[str], of_modulus: list[str], rules: list[dict], settings: ClaimsConfig,
-    trainings: dict[str, list[str]], tables: dict, output: str,
-) -> pd.DataFrame:  # fmt: skip
-    """Write the interval of every claim that has one; tables: settings of `redrawn_tables`."""
+def main(given, made, own) -> pd.DataFrame:
+    """Write the interval of every claim that has one."""
+    settings = ClaimsConfig(**own.settings)
+    of_modulus = [read_counted(path, own.rules) for path in given.of_modulus]
     drawn = draw_tables(
-        read_summaries(summaries, rules),
-        [read_counted(path, rules) for path in of_modulus],
-        settings.draws,
-        settings.seed,
-        **tables,
+        read_summaries(given.summaries, own.rules), of_modulus, settings.draws, settings.seed, **own.tables
     )
-    repeated = [Repeated(drawn, over_draws), *repeated_trainings(results, trainings)]
-    table = tabulate_intervals(results, claims, repeated, settings.level)
-    write_table(table, output)
+    repeated = [Repeated(drawn, over_draws), *repeated_trainings(own.results, own.trainings)]
+    table = tabulate_intervals(own.results, given.claims, repeated, settings.level)
+    write_table(table, made.intervals)
     return table
 
 
@@ -82,10 +77,7 @@ if "snakemake" in globals():
             known = table[table["verdict"] != OPEN]
             logger.info("%d of %d printed values lie inside", (known["verdict"] == AGREES).sum(), len(known))
         else:
-            simulations = list(inputs.summaries), list(inputs.of_modulus), own.rules
-            settings = ClaimsConfig(**own.settings)
-            written = (settings, own.trainings, own.tables, made.intervals)
-            table = main(own.results, inputs.claims, *simulations, *written)
+            table = main(inputs, made, own)
             logger.info("intervals: %s", table["interval_from"].value_counts().to_dict())
             jars = inputs.get("equal_jars"), list(inputs.get("of_jars", [])), own.contact, own.tables["mill"]
             table = judge_by_jars(own.results, inputs.claims, *jars, made.by_jar)

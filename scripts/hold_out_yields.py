@@ -38,7 +38,7 @@ from millprint.thesis.yields.groups import (
     sources_out,
     summarise_regimes,
 )
-from millprint.thesis.yields.held_out import outer_folds, predict_held_out, procedure_of
+from millprint.thesis.yields.held_out import Procedure, outer_folds, predict_held_out, procedure_of
 from millprint.thesis.yields.regressors import AVERAGED
 
 # For regimes, the averaged Gaussian process with and without the tangential share, and the two models of Table 5.8, the
@@ -54,20 +54,16 @@ SOURCE_MODELS = [(AVERAGED, PRIMARY), ("gpr_starts", TWO_STEP), ("linear", PRIMA
 
 
 def leave_regimes(
-    parts: list[str],
-    cases: pd.DataFrame,
-    output,
-    reference: Condition[float],
-    training: TrainingConfig,
-    budget: HeldOutConfig,
-    averaging: AveragingConfig,
-    level: float,
+    parts: list[str], cases: pd.DataFrame, output, reference: Condition[float], models: tuple, level: float
 ) -> None:
-    """Write predictions for every regime left out, without and with one or two cases of it in the training rows."""
+    """Write predictions for every regime left out, without and with one or two cases of it in the training rows.
+
+    models: settings of training, evaluation and averaging.
+    """
     screening = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     rows = regime_rows(cases, reference)
     procedures = {
-        name: (procedure_of(model, strategy, training, budget, averaging), hidden)
+        name: (procedure_of(model, strategy, *models), hidden)
         for name, (model, strategy, hidden) in REGIME_PROCEDURES.items()
     }
     with threadpool_limits(1), progress(len(procedures) * 12, "leaving regimes out", "fit") as bar:
@@ -76,63 +72,34 @@ def leave_regimes(
     write_table(summarise_regimes(table), output.regimes_summary)
 
 
-def leave_sources(
-    own: pd.DataFrame,
-    others: pd.DataFrame,
-    output,
-    name: str,
-    training: TrainingConfig,
-    budget: EvaluationConfig,
-    averaging: AveragingConfig,
-    limits: PredictionConfig,
-    level: float,
-) -> None:
+def leave_sources(given, output, own, models: tuple) -> None:
     """Write the runs of all sources, their predictions by models of the other sources, and the scores of every one."""
-    rows = with_other_runs(own, others, name)
-    procedures = {key: procedure_of(*key, training, budget, averaging) for key in SOURCE_MODELS}
+    factors = [Factor(**factor) for factor in own.factors]
+    screening = pd.concat(read_parts(given.screening, given.split, factors), ignore_index=True)
+    told = OtherSourcesConfig(**own.other_sources)
+    others = read_other_runs(told, {given.screening: screening["case"]}, "the configuration")
+    rows = with_other_runs(screening, others, told.own)
+    procedures = {key: procedure_of(*key, *models) for key in SOURCE_MODELS}
+    limits, level, (_, budget, _) = PredictionConfig(**own.prediction), own.interval_level, models
     fits = len(sources_out(rows)) * len(SOURCE_MODELS)
     with threadpool_limits(1), progress(fits, "leaving sources out", "fit") as bar:
         predictions = leave_sources_out(rows, procedures, limits, level, bar.update)
     # Ours are the descriptors of the screening table.
-    origins = [*[GIVEN] * len(own), *others["descriptors"]]
+    origins = [*[GIVEN] * len(screening), *others["descriptors"]]
     write_table(rows.assign(descriptors=origins), output.sources_runs)
     write_table(predictions, output.sources_predictions)
     write_table(score_sources(predictions, rows, budget, level), output.sources)
 
 
-def hold_out(
-    train: str,
-    test: str,
-    predictions_path: str,
-    intervals_path: str,
-    model: str,
-    strategy: str,
-    training: TrainingConfig,
-    budget: HeldOutConfig,
-    averaging: AveragingConfig,
-) -> None:
-    """Write held-out predictions and their intervals for every scheme."""
-    parts = [read_rows(train).assign(role="train"), read_rows(test).assign(role="test")]
+def hold_out(given, output, name: str, procedure: Procedure, budget: HeldOutConfig) -> None:
+    """Write held-out predictions of a model and their intervals for every scheme."""
+    parts = [read_rows(given.train).assign(role="train"), read_rows(given.test).assign(role="test")]
     rows = pd.concat(parts, ignore_index=True)
-    procedure = procedure_of(model, strategy, training, budget, averaging)
     folds = outer_folds(rows, budget)
-    with threadpool_limits(1), progress(len(folds), f"holding out {model} {strategy}", "fold") as bar:
+    with threadpool_limits(1), progress(len(folds), f"holding out {name}", "fold") as bar:
         predictions, intervals = predict_held_out(procedure, rows, folds, budget.nominal, bar.update)
-    write_table(predictions, predictions_path)
-    write_table(intervals, intervals_path)
-
-
-def leave_out(given, made, own, models: tuple) -> None:
-    """Write every table of the groups; models: settings of training, evaluation and averaging."""
-    factors = [Factor(**factor) for factor in own.factors]
-    screening = pd.concat(read_parts(given.screening, given.split, factors), ignore_index=True)
-    told = OtherSourcesConfig(**own.other_sources)
-    others = read_other_runs(told, {given.screening: screening["case"]}, "the configuration")
-    limits = PredictionConfig(**own.prediction)
-    leave_sources(screening, others, made, told.own, *models, limits, own.interval_level)
-    cases = read_regimes(given.regimes)
-    reference = reference_of_mill(cases, MillConfig(**own.mill), **own.machine)
-    leave_regimes([given.train, given.test], cases, made, reference, *models, own.interval_level)
+    write_table(predictions, output.predictions)
+    write_table(intervals, output.intervals)
 
 
 if "snakemake" in globals():
@@ -140,7 +107,12 @@ if "snakemake" in globals():
     training, averaging = TrainingConfig(**own.training), AveragingConfig(**own.averaging)
     with job(snakemake.log[0], "hold out yields"):
         if made.get("predictions"):
-            paths = (given.train, given.test, made.predictions, made.intervals)
-            hold_out(*paths, names.model, names.strategy, training, HeldOutConfig(**own.evaluation), averaging)
+            budget = HeldOutConfig(**own.evaluation)
+            procedure = procedure_of(names.model, names.strategy, training, budget, averaging)
+            hold_out(given, made, f"{names.model} {names.strategy}", procedure, budget)
         else:
-            leave_out(given, made, own, (training, EvaluationConfig(**own.evaluation), averaging))
+            models = training, EvaluationConfig(**own.evaluation), averaging
+            leave_sources(given, made, own, models)
+            cases = read_regimes(given.regimes)
+            reference = reference_of_mill(cases, MillConfig(**own.mill), **own.machine)
+            leave_regimes([given.train, given.test], cases, made, reference, models, own.interval_level)

@@ -18,21 +18,15 @@ from millprint.thesis.yields.proposals import count_reasons, propose, split_regi
 
 
 def propose_experiments(
-    model: str,
-    mill: str,
-    output,
-    volume: float,
-    settings: ProposalConfig,
-    limits: PredictionConfig,
-    reaction: ChemistryConfig,
+    given, made, volume: float, settings: ProposalConfig, limits: PredictionConfig, reaction: ChemistryConfig
 ) -> str:
     """Write the proposals, and what may not be proposed with its reasons; return a line for the log.
 
-    model: path of the final model, which predicts the proposals too; mill: path of the curves of the mill; volume: of
-    its jar [m3]; limits: those of predictions.
+    volume: of the jar of the mill [m3]; limits: those of predictions.
     """
     with threadpool_limits(1):
-        process, known, own = load_averaged(model), training_rows(model), MillCurves.read(mill)
+        process, known = load_averaged(given.proposing), training_rows(given.proposing)
+        own = MillCurves.read(given.mill)
         machine = Mill(own.density, own.amplitude, volume)
         conditions = region_conditions(settings.region, own.curves, machine)
         allowed, left_out = split_region(process, known, conditions, settings, limits, reaction, machine, own)
@@ -41,9 +35,9 @@ def propose_experiments(
             told = read_experiments(settings.experiments, own.curves)
             running, taken = experiment_rows(told, RUNNING, own.curves, machine), told["case"].tolist()
         table = propose(process, known, allowed, settings, running, limits.curve_tolerance, taken)
-    write_table(table, output.proposals)
-    write_table(left_out, output.left_out)
-    write_table(count_reasons(left_out, len(conditions)), output.reasons)
+    write_table(table, made.proposals)
+    write_table(left_out, made.left_out)
+    write_table(count_reasons(left_out, len(conditions)), made.reasons)
     free = settings.replicates + settings.centre_points + 2 * settings.runs - len(table)
     return f"{len(allowed)} of {len(conditions)} conditions may be proposed; {free} slots of the batch are left empty"
 
@@ -52,25 +46,8 @@ if "snakemake" in globals():
     given, made, asked = snakemake.input, snakemake.output, snakemake.params
     limits = PredictionConfig(**asked.settings)
     with job(snakemake.log[0], "predict yields") as logger:
-        write_predictions(
-            given.model,
-            given.conditions,
-            made.predicted,
-            limits,
-            TrainingConfig(**asked.training),
-            asked.conformal_folds,
-            asked.interval_level,
-            extrapolate=False,
-            mill=given.mill,
-        )
+        own = (limits, TrainingConfig(**asked.training), asked.conformal_folds, asked.interval_level)
+        write_predictions(given.model, given.conditions, made.predicted, *own, extrapolate=False, mill=given.mill)
         logger.info("predicted: %s", given.conditions)
-        line = propose_experiments(
-            given.proposing,
-            given.mill,
-            made,
-            asked.volume_m3,
-            ProposalConfig(**asked.proposals),
-            limits,
-            ChemistryConfig(**asked.chemistry),
-        )
-        logger.info(line)
+        settings, reaction = ProposalConfig(**asked.proposals), ChemistryConfig(**asked.chemistry)
+        logger.info(propose_experiments(given, made, asked.volume_m3, settings, limits, reaction))

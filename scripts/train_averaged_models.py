@@ -23,33 +23,25 @@ from millprint.thesis.yields.groups import reference_of_mill, regime_rows
 from millprint.thesis.yields.new_conditions import MillCurves, save_averaged
 
 
-def main(parts: list[str], model_path: str, settings: AveragingConfig) -> None:
-    """Train only on the rows of `parts`."""
-    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+def main(path: str, model_path: str, settings: AveragingConfig) -> None:
+    """Train only on the rows of one table."""
+    rows = read_rows(path)
     with threadpool_limits(1):
         model = fit_averaged(rows, rows[YIELD].to_numpy(float), settings)
         save_averaged(model, rows, settings.margin, model_path)
 
 
 def collect(
-    parts: list[str],
-    cases: pd.DataFrame,
-    curves: str | None,
-    rows: str,
-    mill: str,
-    reference: Condition[float],
-    name: str,
-    volume: float,
+    given, made, cases: pd.DataFrame, table: pd.DataFrame, reference: Condition[float], name: str, volume: float,
     settings: ProposalConfig,
-) -> None:
-    """Write both files; `curves` is the path of a table of master curves, or None for the curves of `cases`.
+) -> None:  # fmt: skip
+    """Write the rows of the final model, and the mill with its curves.
 
-    parts: tables of the screening runs; rows, mill: paths to write; name, volume: of the mill [m3].
+    table: of the curves; name, volume: of the mill [m3].
     """
-    table = cases if curves is None else read_table(curves, numeric=["fill_ratio", *BASIC])
     check_region(settings.region, table, "config")
     machine = Mill(reference.density_kg_m3, reference.amplitude_m, volume)
-    known = [*map(read_rows, parts), regime_rows(cases, reference)]
+    known = [read_rows(given.train), read_rows(given.test), regime_rows(cases, reference)]
     speeds = [*settings.region.speed_rpm, *(60 * design_cases(cases, reference)["speed_hz"])]
     sizes = {*settings.region.ball_diameter_mm, 1e3 * reference.ball_diameter_m}
     if settings.experiments:
@@ -59,9 +51,9 @@ def collect(
         speeds += told["speed_rpm"].tolist()
         sizes |= set(told["ball_diameter_mm"])
     kept = [part[["case", *CONDITIONS, YIELD]] for part in known if len(part)]
-    write_table(pd.concat(kept, ignore_index=True), rows)
+    write_table(pd.concat(kept, ignore_index=True), made.rows)
     own = MillCurves(name, table, machine.density, machine.amplitude, tuple(sorted(sizes)), (min(speeds), max(speeds)))
-    own.write(mill)
+    own.write(made.mill)
 
 
 if "snakemake" in globals():
@@ -69,18 +61,10 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "train averaged models") as log:
         cases = read_regimes(given.regimes)
         mill = MillConfig(**own.mill)
-        collect(
-            [given.train, given.test],
-            cases,
-            given.get("curves"),
-            made.rows,
-            made.mill,
-            reference_of_mill(cases, mill, **own.machine),
-            mill.name,
-            own.volume_m3,
-            ProposalConfig(**own.proposals),
-        )
+        reference = reference_of_mill(cases, mill, **own.machine)
+        table = read_table(given.curves, numeric=["fill_ratio", *BASIC]) if given.get("curves") else cases
+        collect(given, made, cases, table, reference, mill.name, own.volume_m3, ProposalConfig(**own.proposals))
         log.info("collected: %s", made.rows)
         for rows, model in zip((given.train, made.rows), made.models, strict=True):
-            main([rows], model, AveragingConfig(**own.averaging))
+            main(rows, model, AveragingConfig(**own.averaging))
             log.info("trained: %s", model)

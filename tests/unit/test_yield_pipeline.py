@@ -18,6 +18,7 @@ import try_averaged_model
 from millprint.config.yields import COMPARED
 from millprint.run.files import read_table
 from millprint.thesis.yields.features import LOCKED_AGAIN
+from millprint.thesis.yields.held_out import procedure_of
 from millprint.thesis.yields.new_conditions import write_predictions
 from millprint.thesis.yields.regressors import AVERAGED, BASELINES, CLIMATOLOGY, models_of, other_seed, training_of
 from tests.unit.doe_settings import SCREENING
@@ -81,17 +82,18 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
         models.append(str(folder / f"models/{model}_{strategy}.json"))
         train_yield_model.main(train, models[-1], model, strategy, config.training, config.search)
     rows, mill = str(folder / "final_rows.tsv"), str(folder / "models/mill.json")
-    train_averaged_models.collect([train, test], CASES, None, rows, mill, REFERENCE, "emax", 125e-6, config.proposals)
-    for name, files in (("primary", [train]), ("final", [rows])):
+    given, made = SimpleNamespace(train=train, test=test), SimpleNamespace(rows=rows, mill=mill)
+    train_averaged_models.collect(given, made, CASES, CASES, REFERENCE, "emax", 125e-6, config.proposals)
+    for name, path in (("primary", train), ("final", rows)):
         stored = str(folder / f"models/averaged_gpr_{name}.json")
-        train_averaged_models.main(files, stored, config.averaging)
+        train_averaged_models.main(path, stored, config.averaging)
     held_out = {}
     for model, strategy in ((name, "primary") for name in HELD_OUT):
         paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
+        made = SimpleNamespace(predictions=paths[0], intervals=paths[1])
         held_out[model] = tuple(map(str, paths))
-        hold_out_yields.hold_out(
-            train, test, *paths, model, strategy, config.training, config.evaluation, config.averaging
-        )
+        procedure = procedure_of(model, strategy, config.training, config.evaluation, config.averaging)
+        hold_out_yields.hold_out(given, made, model, procedure, config.evaluation)
     used = [held_out["linear"]] * len(models) + [held_out[name] for name in ("averaged_gpr", *BASELINES)]
     evaluate_yield_models.main(
         SimpleNamespace(
@@ -133,13 +135,15 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     def tables(*names: str) -> SimpleNamespace:
         return SimpleNamespace(**{name: folder / f"{name}.tsv" for name in names})
 
-    own = (config.training, config.evaluation, config.averaging, config.interval_level)
-    hold_out_yields.leave_regimes(parts, CASES, tables("regimes", "regimes_summary"), REFERENCE, *own)
-    mill, final = str(folder / "models/mill.json"), str(folder / "models/averaged_gpr_final.json")
+    models, made = (config.training, config.evaluation, config.averaging), tables("regimes", "regimes_summary")
+    hold_out_yields.leave_regimes(parts, CASES, made, REFERENCE, models, config.interval_level)
+    given = SimpleNamespace(
+        proposing=str(folder / "models/averaged_gpr_final.json"), mill=str(folder / "models/mill.json")
+    )
     names = {"proposals": "next_experiments", "left_out": "not_proposed", "reasons": "not_proposed_reasons"}
     proposed = SimpleNamespace(**{key: folder / f"{name}.tsv" for key, name in names.items()})
     chemistry = doe_settings().chemistry
-    predict_yields.propose_experiments(final, mill, proposed, 125e-6, config.proposals, config.prediction, chemistry)
+    predict_yields.propose_experiments(given, proposed, 125e-6, config.proposals, config.prediction, chemistry)
     try_averaged_model.main(parts, tables("permutations", "permutation_test"), config.averaging, config.library_trial)
 
 

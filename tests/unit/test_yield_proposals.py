@@ -240,11 +240,12 @@ def batch(folder: Path, experiments: pd.DataFrame | None = None, **changes) -> S
         write_table(experiments, folder / "experiments.tsv")
         proposals = proposals.model_copy(update={"experiments": str(folder / "experiments.tsv")})
     model, mill = str(folder / "averaged_gpr_final.json"), str(folder / "mill.json")
-    screening = [paths["train"], paths["test"]]
-    train_averaged_models.collect(screening, CASES, None, paths["rows"], mill, REFERENCE, "emax", 125e-6, proposals)
-    train_averaged_models.main([paths["rows"]], model, config.averaging)
+    given, made = SimpleNamespace(**paths), SimpleNamespace(rows=paths["rows"], mill=mill)
+    train_averaged_models.collect(given, made, CASES, CASES, REFERENCE, "emax", 125e-6, proposals)
+    train_averaged_models.main(paths["rows"], model, config.averaging)
+    given = SimpleNamespace(proposing=model, mill=mill)
     output = SimpleNamespace(proposals=paths["next"], left_out=paths["left_out"], reasons=paths["reasons"])
-    predict_yields.propose_experiments(model, mill, output, 125e-6, proposals, config.prediction, CHEMISTRY)
+    predict_yields.propose_experiments(given, output, 125e-6, proposals, config.prediction, CHEMISTRY)
     text = ["case", "status", "purpose", "gain_unit", "repeats"]
     return SimpleNamespace(
         model=model, mill=mill, path=paths["next"], next=read_table(paths["next"], text=text), config=config
