@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from millprint.dem import advance, compilation, simulation
-from millprint.run import digest, kernel
+from millprint.run import digest, kernel, machine
 
 ROOT = Path(__file__).parents[2]
 LIBRARY = ROOT / "src"
@@ -96,3 +96,11 @@ def test_parts_that_are_compiled_ahead_are_those_that_the_loop_calls():
             assert [name for name in given if name in names] == names
     # The second process says nothing where it fails.
     compilation.compile_others()
+
+
+def test_without_a_cache_that_can_be_written_the_working_folder_has_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "of_the_user"))
+    assert machine.user_cache() == tmp_path / "of_the_user/millprint"
+    monkeypatch.setattr(machine.os, "access", lambda *of: False)
+    assert machine.user_cache() == tmp_path / ".snakemake/cache/millprint"

@@ -89,7 +89,10 @@ def check_settings(words: Sequence[str]) -> None:
 
 def run_workflow(words: Sequence[str]) -> int:
     """Print a Snakemake command and run it; returns its exit status."""
+    from millprint.run.machine import user_cache
+
     check_settings(words)
+    user_cache()
     words = [*snakefile_words(), *words]
     print(f"snakemake {shlex.join(words)}", file=sys.stderr, flush=True)
     # Whoever reads what is printed may end first, such as `head`: then Snakemake ends too.

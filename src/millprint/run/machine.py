@@ -73,6 +73,16 @@ def cache_root() -> Path:
     project = PACKAGE.parents[1]
     if (project / "pyproject.toml").is_file() and os.access(project, os.W_OK):
         return project / ".numba_cache"
+    return user_cache()
+
+
+def user_cache() -> Path:
+    """The user's cache; where that cannot be written, one in the working folder, for Snakemake and every job too."""
+    folder = user_cache_path("millprint", appauthor=False)
+    nearest = next(each for each in (folder, *folder.parents) if each.is_dir())
+    if os.access(nearest, os.W_OK):
+        return folder
+    os.environ["XDG_CACHE_HOME"] = str(Path(".snakemake/cache").absolute())
     return user_cache_path("millprint", appauthor=False)
 
 
