@@ -122,7 +122,7 @@ def _answer(
         return os.waitstatus_to_exitcode(status) if ended else None
     child = os.fork()
     if child == 0:
-        # Ends with the exit status of Snakemake, after all that is to be done at the end of a process.
+        # Ends with the exit status of Snakemake.
         _become_snakemake(**start)
     # Here and in the fork: whoever comes first makes the group, which the caller may kill at once.
     os.setpgid(child, child)
@@ -130,7 +130,7 @@ def _answer(
 
 
 def _become_snakemake(arguments: list[str], folder: str, environment: dict[str, str], streams: list[str]) -> None:
-    """Do what `python -m snakemake` does in a shell. Raises SystemExit."""
+    """Do what `python -m snakemake` does in a shell. Never returns."""
     from snakemake.cli import main
 
     os.setpgid(0, 0)
@@ -144,7 +144,10 @@ def _become_snakemake(arguments: list[str], folder: str, environment: dict[str, 
         os.dup2(opened, descriptor)
         os.close(opened)
     warm_scripts.fork_scripts()
-    main(arguments)
+    try:
+        main(arguments)
+    except SystemExit as ended:
+        warm_scripts.end(int(ended.code or 0))
 
 
 def _status_of(child: int, timeout: float) -> int | None:
