@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -98,7 +99,7 @@ def is_gone(process: psutil.Process) -> bool:
     return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def _interrupts():
     """Where the tests run in the background of a shell, their programs would ignore the interrupt."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -106,14 +107,34 @@ def _interrupts():
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.fixture
-def run(tmp_path) -> Iterator[Run]:
+@contextmanager
+def started(folder: Path) -> Iterator[Run]:
+    """A run and its server, which loads what simulations need for the first script that asks."""
     process = subprocess.Popen(
         [sys.executable, "-c", RUN], env=environment(), text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE
     )
-    yield Run(process, process.stdout.readline().strip(), tmp_path)
+    yield Run(process, process.stdout.readline().strip(), folder)
     process.kill()
     process.communicate()
+
+
+@pytest.fixture(scope="module")
+def long_run(tmp_path_factory) -> Iterator[Run]:
+    with started(tmp_path_factory.mktemp("run")) as run:
+        yield run
+
+
+@pytest.fixture
+def run(long_run, tmp_path) -> Run:
+    """A run whose server has other jobs too: for a test that ends neither of the two."""
+    return long_run._replace(folder=tmp_path)
+
+
+@pytest.fixture
+def short_run(tmp_path) -> Iterator[Run]:
+    """A run of its own, for a test that ends it or its server."""
+    with started(tmp_path) as run:
+        yield run
 
 
 def test_a_fork_does_the_job_and_gives_its_status_and_what_it_prints(run):
@@ -123,24 +144,24 @@ def test_a_fork_does_the_job_and_gives_its_status_and_what_it_prints(run):
     assert fork.pid != job.process.pid and guard.pid != run.server.pid
 
 
-def test_the_server_ends_with_its_run_and_the_job_goes_on(run):
-    job, server = run.script(), run.server
+def test_the_server_ends_with_its_run_and_the_job_goes_on(short_run):
+    job, server = short_run.script(), short_run.server
     fork, _ = job.processes()
-    run.process.kill()
+    short_run.process.kill()
     wait_for(lambda: is_gone(server))
     assert not is_gone(fork)
     assert job.go_on() == (0, "")
     assert len(job.said.read_text().splitlines()) == 1
 
 
-def test_without_a_server_scripts_go_on_by_themselves(run):
-    running, server = run.script(), run.server
+def test_without_a_server_scripts_go_on_by_themselves(short_run):
+    running, server = short_run.script(), short_run.server
     running.processes()
     server.kill()
     wait_for(lambda: is_gone(server))
     assert running.go_on() == (0, "")
     running.said.with_suffix(".go").unlink()
-    later = run.script()
+    later = short_run.script()
     assert later.processes(2)[0].pid == later.process.pid
     assert later.go_on() == (0, "")
 
