@@ -111,7 +111,10 @@ def other_cards(smoke_project, tmp_path_factory) -> list:
         content = {**PLANETARY, "mill": mill, "speed_rpm": speed_rpm, "balls": balls, "window_turns": 20}
         (folder / "card.yaml").write_text(yaml.safe_dump(content))
         with contextlib.chdir(smoke_project):
-            assert millprint(["card", f"{folder}/card.yaml", "--out", f"{folder}/out", "--no-animation"]) == 0
+            assert (
+                millprint(["card", f"{folder}/card.yaml", "--out", f"{folder}/out", "--no-animation", "--cores", "1"])
+                == 0
+            )
         folders.append(folder / "out")
     return folders
 

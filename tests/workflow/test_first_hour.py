@@ -13,7 +13,6 @@ import pytest
 
 from millprint.cli import engine
 from millprint.cli.commands import main as millprint
-from millprint.config.load import read_yaml
 from tests.conftest import ROOT
 from tests.workflow.conftest import copy_project, edit_yaml, run_snakemake, share_checks, share_kernels
 from tests.workflow.handbook import block_lines
@@ -57,8 +56,9 @@ def run_line(line: str, project: Path) -> str:
 def first_hour(beginner) -> dict[str, str]:
     """What each command of the first hour prints. They run in order."""
     planetary = beginner / "config/first_hour/planetary.yaml"
-    # One new simulation for the coverage of the bands, instead of eight.
-    edit_yaml(planetary, "mills", value={**read_yaml(planetary)["mills"], "held_out": 1})
+    # One new simulation for the coverage of the bands, instead of eight, and windows of 3 turns that do not grow.
+    edit_yaml(planetary, "mills", "held_out", value=1)
+    edit_yaml(planetary, "sweep", "window_turns", value=3)
     lines = block_lines(FIRST_HOUR)
     assert lines[:2] == DONE_BEFORE and MIXER in lines
     printed = {}

@@ -15,7 +15,7 @@ import trimesh
 from millprint.cli import engine
 from millprint.cli.commands import COMMANDS as MILLPRINT
 from millprint.cli.commands import main as millprint
-from tests.workflow.conftest import ROOT, ask_snakemake, copy_project, share_kernels
+from tests.workflow.conftest import ROOT, ask_snakemake, copy_project, share_checks, share_kernels
 from tests.workflow.handbook import READ_A_CARD, READ_A_RUN, Command, commands, pages, shown_file
 
 COMMANDS = [command for page in pages() for command in commands(page)]
@@ -66,6 +66,7 @@ def clone(tmp_path_factory) -> Path:
     """A clone with a mill and a run of a reader, tables, a surface, and the fingerprint of a mill."""
     folder = copy_project(tmp_path_factory.mktemp("readme") / "millprint")
     share_kernels(folder)
+    share_checks(folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         assert millprint(["new", "planetary", "--name", "mine", "--yes", "--no-picture"]) == 0
