@@ -32,7 +32,7 @@ def test_a_run_ends_with_what_was_made_and_a_failed_one_with_the_log_and_what_to
     script = project / "scripts/tabulate_experiments.py"
     text = script.read_text()
     fault = 'from millprint.config.errors import ConfigError\n        raise ConfigError("screening.tsv: no balls")\n'
-    faulty = text.replace("        compute_wet_lab(given", f"        {fault}        compute_wet_lab(given")
+    faulty = text.replace("        for line in write_design(", f"        {fault}        for line in write_design(")
     assert faulty != text
     script.write_text(faulty)
     failed = run_snakemake(project, *SMOKE, "--", TARGET)
