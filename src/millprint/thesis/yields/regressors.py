@@ -30,10 +30,6 @@ Parameters = dict[str, Any]
 FoldPredictor = Callable[[int, Parameters], "np.ndarray"]
 
 
-def _fit_again(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
-    return estimator.fit(inputs, target)
-
-
 @dataclass(frozen=True)
 class Regressor:
     """What the yield models, their files, tables and figures need to know about a regressor.
@@ -63,7 +59,7 @@ class Regressor:
     primary_features: tuple[str, ...] = ()
     seeded: bool = False
     keep: Callable[[Any], dict] = lambda estimator: {}
-    restore: Callable[[Any, dict, np.ndarray, np.ndarray], Any] = _fit_again
+    restore: Callable[[Any, dict, np.ndarray, np.ndarray], Any] = lambda own, kept, x, y: own.fit(x, y)
     explain: Callable[[Any, np.ndarray], tuple[np.ndarray, float]] | None = None
     deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
     mean_deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
@@ -79,10 +75,6 @@ def _make_linear(parameters: Parameters, columns: int, training: TrainingConfig,
     from sklearn.linear_model import LinearRegression
 
     return LinearRegression()
-
-
-def _keep_linear(estimator: Any) -> dict:
-    return {"coefficients": estimator.coef_.tolist(), "intercept": float(estimator.intercept_)}
 
 
 def _restore_linear(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
@@ -144,15 +136,10 @@ def _make_svr(parameters: Parameters, columns: int, training: TrainingConfig, th
     return SVR(kernel="rbf", **parameters)
 
 
-def _boosting(parameters: Parameters, training: TrainingConfig, threads: int) -> Parameters:
-    """The parameters of XGBRegressor."""
-    return {**parameters, "random_state": training.seed, "n_jobs": threads}
-
-
 def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
     from millprint.thesis.yields.estimators import Boosting
 
-    return Boosting(**_boosting(parameters, training, threads))
+    return Boosting(**parameters, random_state=training.seed, n_jobs=threads)
 
 
 def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
@@ -194,7 +181,7 @@ REGRESSORS = {
         make=_make_linear,
         scaled=True,
         primary_features=("bpr", "molar_ratio", "time_h"),
-        keep=_keep_linear,
+        keep=lambda fit: {"coefficients": fit.coef_.tolist(), "intercept": float(fit.intercept_)},
         restore=_restore_linear,
     ),
     "gpr": Regressor(
