@@ -30,7 +30,7 @@ def propose_experiments(
         machine = Mill(own.density, own.amplitude, volume)
         conditions = region_conditions(settings.region, own.curves, machine)
         allowed, left_out = split_region(process, known, conditions, settings, limits, reaction, machine, own)
-        running, taken = None, []
+        running, taken = conditions.iloc[:0], []
         if settings.experiments:
             told = read_experiments(settings.experiments, own.curves)
             running, taken = experiment_rows(told, RUNNING, own.curves, machine), told["case"].tolist()

@@ -25,7 +25,7 @@ from millprint.fingerprint.descriptors import (
     tabulate_descriptors,
 )
 from millprint.fingerprint.mill_collapse import SUPPOSED, with_power_per_ball
-from millprint.observables.condition import Condition, Quantity, specific_frequency
+from millprint.observables.condition import Condition, specific_frequency
 from millprint.observables.definitions import (
     CURVES,
     DESCRIPTOR_SETS,
@@ -137,7 +137,7 @@ def at_shared_fills(descriptors: pd.DataFrame) -> pd.DataFrame:
 def universal_descriptors(descriptors: pd.DataFrame) -> pd.DataFrame:
     """Descriptors with powers and frequency times (1 - eps)^(1/2) (Eqs 3.31, 3.32); energies and ratio stay."""
     scaled = descriptors.copy()
-    factor = universal_factor(scaled["effective_restitution"])
+    factor = np.sqrt(1.0 - scaled["effective_restitution"])
     rates = [quantity for name, quantity in SCALED_BY.items() if name.endswith("_hz")]
     for quantity in ("Pn", "Pt", "P", *rates):
         scaled[quantity] *= factor
@@ -295,11 +295,6 @@ def invert_speed(
             }
         )
     return pd.DataFrame(rows)
-
-
-def universal_factor(effective: Quantity) -> Quantity:
-    """Factor (1 - eps)^(1/2) of Eqs 3.31 and 3.32 [-], eps the effective restitution of Eq. 3.30."""
-    return np.sqrt(1.0 - effective)
 
 
 # Scaled quantity -> the column that it scales; none for the ratio, which has no unit.

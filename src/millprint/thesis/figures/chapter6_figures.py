@@ -129,19 +129,17 @@ OTHER_TRAININGS: LineLook = {"color": COLOURS[1], "linewidth": 0.6, "linestyle":
 def plot_loss(history: pd.DataFrame) -> Figure:
     """Loss on training and validation snapshots over the epochs, and its terms (Fig. 6.6).
 
-    Columns: epoch, training_TERM and validation_TERM of `total` and of any terms; validation_mean_square, where it was
-    looked at.
+    Columns: epoch, training_TERM and validation_TERM of `total` and of its terms, and validation_mean_square.
     """
     figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.5))
     terms = [name.removeprefix("training_") for name in history.columns if name.startswith("training_")]
     terms.remove("total")
     for column, title, look in LOSSES:
-        if column in history:
-            panels[0].plot(history["epoch"], history[column], label=title, **look)
+        panels[0].plot(history["epoch"], history[column], label=title, **look)
     for term, colour in zip(terms, itertools.cycle(COLOURS), strict=False):
         panels[1].plot(history["epoch"], history[f"training_{term}"], color=colour, label=term.replace("_", " "))
         panels[1].plot(history["epoch"], history[f"validation_{term}"], color=colour, linestyle="--")
-    panels[0].set(title="total loss, Eq. 6.28" if "validation_mean_square" in history else "total loss")
+    panels[0].set(title="total loss, Eq. 6.28")
     panels[1].set(title="its terms (dashed: validation)")
     for panel in panels:
         panel.set(xlabel="epoch", ylabel="standardised loss / 1", yscale="log")
@@ -183,9 +181,7 @@ def plot_error_growth(errors: pd.DataFrame) -> Figure:
     return figure
 
 
-def plot_dissipation(
-    dissipation: pd.DataFrame, metrics: pd.DataFrame, trainings: Sequence[pd.DataFrame] = ()
-) -> Figure:
+def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame, trainings: Sequence[pd.DataFrame]) -> Figure:
     """Cumulative dissipation of the roll-out and of DEM (Figs 6.8, 6.14, 6.15, 6.17).
 
     metrics: as `millprint.thesis.surrogate.measures.with_spread`; trainings: the same table of each further
@@ -248,7 +244,7 @@ def plot_distributions(distributions: pd.DataFrame, metrics: pd.DataFrame) -> Fi
     return figure
 
 
-def plot_ablations(ablations: pd.DataFrame, scatter: str = "") -> Figure:
+def plot_ablations(ablations: pd.DataFrame, scatter: str) -> Figure:
     """Dissipation error and position error of each ablation next to the baseline and the thesis (appendix A).
 
     lower_percent and upper_percent, where they are known, are drawn as error bars; scatter: a sentence on them.
@@ -270,10 +266,9 @@ def plot_ablations(ablations: pd.DataFrame, scatter: str = "") -> Figure:
         panel.set(xlabel=label, xscale="log" if (finite > 0).any() else "linear")
         if finite.max() > most:
             panel.set_xlim(right=most)
-    if "lower_percent" in ablations:
-        # A bar beyond the picture ends at its edge.
-        ends = ablations[["lower_percent", "upper_percent"]].clip(upper=shown["dissipation_error_percent"][1])
-        panels[0].hlines(places, ends["lower_percent"], ends["upper_percent"], color="black", linewidth=0.8)
+    # A bar beyond the picture ends at its edge.
+    ends = ablations[["lower_percent", "upper_percent"]].clip(upper=shown["dissipation_error_percent"][1])
+    panels[0].hlines(places, ends["lower_percent"], ends["upper_percent"], color="black", linewidth=0.8)
     if scatter:
         figure.supxlabel(scatter, fontsize=7, wrap=True)
     panels[0].plot(ablations["thesis_percent"], places, **PUBLISHED)

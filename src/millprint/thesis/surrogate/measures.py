@@ -298,13 +298,13 @@ def ablation_table(
     changes: dict[str, str],
     length_s: dict[str, float],
     printed: pd.Series,
-    trainings: dict[str, list[str]] | None = None,
+    trainings: dict[str, list[str]],
 ) -> pd.DataFrame:
     """A row for each ablation: its change, its budget, its measures on the trained motion, and the thesis's statement.
 
     metrics: rows of metrics.tsv; histories: loss by the variant whose weights are used; changes: texts;
     length_s: of the roll-outs; printed: as `millprint.run.tables.read_printed`; trainings: by ablation, the names in
-    metrics of all trainings of its weights, its own first; once if left out. Column `verdict` is that on the
+    metrics of all trainings of its weights, its own first. Column `verdict` is that on the
     statement, OPEN if the baseline itself is unstable, and empty without a statement or a baseline.
 
     One training is one draw. lower_percent and upper_percent: interval of the dissipation error, over the row's own
@@ -314,7 +314,6 @@ def ablation_table(
     baseline, or where the trainings of the baseline disagree in their verdicts. All empty if the
     baseline was trained once.
     """
-    trainings = trainings or {variant: [variant] for variant in changes}
     rows = []
     for variant, change in changes.items():
         part = metrics[metrics["variant"] == variant].set_index("measure")

@@ -255,9 +255,9 @@ def propose(
     known: pd.DataFrame,
     conditions: pd.DataFrame,
     settings: ProposalConfig,
-    running: pd.DataFrame | None = None,
-    tolerance: float = 0.03,
-    taken: list[str] | None = None,
+    running: pd.DataFrame,
+    tolerance: float,
+    taken: list[str],
 ) -> pd.DataFrame:
     """The next runs, proposed as one batch.
 
@@ -275,7 +275,6 @@ def propose(
     """
     generator = np.random.default_rng(settings.seed)
     columns = list(CONDITIONS)
-    running = conditions.iloc[:0] if running is None else running
     best = float(known[YIELD].max())
     repeats = choose_repeats(known, conditions, running, settings.replicates, tolerance)
     picked: list[tuple[int, str, float, str]] = [(position, REPEAT, 1.0, case) for position, case in repeats]
@@ -329,7 +328,7 @@ def propose(
         repeats=[case for _, _, _, case in picked],
         yield_percent=np.nan,
     )
-    table.insert(0, "case", next_cases(len(table), [*known["case"].astype(str), *(taken or [])]))
+    table.insert(0, "case", next_cases(len(table), [*known["case"].astype(str), *taken]))
     table.insert(1, STATUS, PROPOSED)
     table.insert(2, "purpose", purposes)
     table.insert(3, "rank", table.groupby("purpose", sort=False).cumcount() + 1)
