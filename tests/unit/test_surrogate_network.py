@@ -33,7 +33,6 @@ from millprint.thesis.surrogate.network import (
     Trainer,
     draw_epoch,
     feature_statistics,
-    huber,
     losses,
     read_weights,
     weights_content,
@@ -185,9 +184,14 @@ def trained(steps: int | None = None, **changes) -> Trainer:
 
 
 def test_huber_closed_form():
-    error = torch.tensor([-5.0, -2.0, -0.5, 0.0, 1.0, 2.0, 7.0])
-    torch.testing.assert_close(huber(error, 2.0), torch.tensor([4.0, 1.0, 0.0625, 0.0, 0.25, 1.0, 6.0]))
-    below, above = huber(torch.tensor([2 - 1e-4, 2 + 1e-4]), 2.0)
+    settings, still = small_recipe().training, torch.zeros(1, 3)
+
+    def huber(error: float) -> float:
+        return losses((still, torch.tensor([error])), (still, torch.zeros(1)), settings)["dissipation"].item()
+
+    errors = [-5.0, -2.0, -0.5, 0.0, 1.0, 2.0, 7.0]
+    assert list(map(huber, errors)) == pytest.approx([4.0, 1.0, 0.0625, 0.0, 0.25, 1.0, 6.0])
+    below, above = huber(2 - 1e-4), huber(2 + 1e-4)
     assert above - below == pytest.approx(2e-4, rel=1e-2)  # slope 1 on both sides of delta
 
 

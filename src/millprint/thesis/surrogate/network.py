@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 import torch
 from torch import Tensor, nn
-from torch.nn.functional import linear
+from torch.nn.functional import linear, smooth_l1_loss
 from torch_geometric.nn import MessagePassing
 from torch_geometric.utils import scatter
 
@@ -322,21 +322,18 @@ def read_weights(path: str | Path, device: torch.device) -> tuple[NormalisedNetw
 Batch = tuple[int, Tensor]
 
 
-def huber(error: Tensor, delta: float) -> Tensor:
-    """Huber penalty, Eq. 6.30: e^2 / (2 delta) below delta, |e| - delta / 2 from there on. Elementwise."""
-    size = error.abs()
-    return torch.where(size < delta, error * error / (2 * delta), size - delta / 2)
-
-
 def losses(
     predicted: tuple[Tensor, Tensor], targets: tuple[Tensor, Tensor], settings: TrainingConfig
 ) -> dict[str, Tensor]:
     """Loss of accelerations (Eq. 6.29a), of dissipation (Eq. 6.29b) and their weighted sum `total` (Eq. 6.28).
 
-    Both pairs hold normalised accelerations (n, 3) and normalised dissipation (graphs,).
+    Both pairs hold normalised accelerations (n, 3) and normalised dissipation (graphs,). The penalty of Eq. 6.30,
+    e^2 / (2 delta) below delta and |e| - delta / 2 from there on, is the smooth L1 loss of torch.
     """
-    acceleration = huber(predicted[0] - targets[0], settings.huber_delta).mean()
-    dissipation = huber(predicted[1] - targets[1], settings.huber_delta).mean()
+    acceleration, dissipation = (
+        smooth_l1_loss(*pair, reduction="none", beta=settings.huber_delta).mean()
+        for pair in zip(predicted, targets, strict=True)
+    )
     total = settings.acceleration_weight * acceleration + settings.dissipation_weight * dissipation
     return {"total": total, "acceleration": acceleration, "dissipation": dissipation}
 
