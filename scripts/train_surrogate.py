@@ -10,15 +10,15 @@ from pathlib import Path
 from millprint.config.surrogate import Recipe
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.network import choose_device, train, write_tensors
+from millprint.thesis.surrogate.network import choose_device, train, write_weights
 
 if "snakemake" in globals():
     made, recipe = snakemake.output, Recipe(**snakemake.params.recipe)
     with job(snakemake.log[0], f"train {snakemake.wildcards.variant}"):
         # Not an output of the rule, because Snakemake removes the outputs of a killed job.
         checkpoint = Path(made.weights).with_suffix(".checkpoint.pt")
-        content, losses = train(snakemake.input.dataset, checkpoint, recipe, choose_device(snakemake.threads))
+        model, losses = train(snakemake.input.dataset, checkpoint, recipe, choose_device(snakemake.threads))
         write_table(losses, made.history)
-        write_tensors(made.weights, content)
+        write_weights(made.weights, model, recipe)
         for finished in checkpoint.parent.glob(f"{checkpoint.stem}*.pt"):
             finished.unlink()

@@ -15,7 +15,7 @@ from millprint.thesis.surrogate.compiled import CompiledSurrogate, open_graph_su
 from millprint.thesis.surrogate.dataset import Graphs, featurise, threshold_edges
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate
 from millprint.thesis.surrogate.kernels import PANEL, PIECE, WORD, add_product
-from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics, weights_content, write_tensors
+from millprint.thesis.surrogate.network import NormalisedNetwork, feature_statistics, write_weights
 from millprint.thesis.surrogate.rollout import read_scene
 from tests.unit.surrogate_samples import CONTACTS, circle, simulate, small_recipe, sphere_scene, write_run
 
@@ -186,7 +186,7 @@ def test_what_the_kernel_does_not_know_raises(world):
 
 def test_a_processor_takes_compiled_steps(world, tmp_path):
     model, recipe = network(world, 1, 4, 16)
-    write_tensors(tmp_path / "weights.pt", weights_content(model, recipe))
+    write_weights(tmp_path / "weights.pt", model, recipe)
     surrogate = open_graph_surrogate(tmp_path / "weights.pt", world[2], CONTACTS, None, CPU, 0.015)
     assert type(surrogate) is CompiledSurrogate
     compiled, _ = both(world, model, snap_back_m=None)

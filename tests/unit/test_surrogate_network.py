@@ -35,8 +35,7 @@ from millprint.thesis.surrogate.network import (
     feature_statistics,
     losses,
     read_weights,
-    weights_content,
-    write_tensors,
+    write_weights,
 )
 from millprint.thesis.surrogate.rollout import read_trajectory
 from tests.conftest import ROOT, configuration
@@ -324,7 +323,7 @@ def test_a_training_that_runs_away_stops_and_names_epoch_and_run(tmp_path):
 
 def test_weights_load_without_code(tmp_path):
     trainer = trained(steps=3)
-    write_tensors(tmp_path / "weights.pt", weights_content(trainer.model, trainer.recipe))
+    write_weights(tmp_path / "weights.pt", trainer.model, trainer.recipe)
     assert set(torch.load(tmp_path / "weights.pt", weights_only=True)) == {"recipe", "state"}
     model, recipe = read_weights(tmp_path / "weights.pt", CPU)
     assert recipe == trainer.recipe

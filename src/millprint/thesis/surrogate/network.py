@@ -87,21 +87,6 @@ def read_checkpoint(path: str | Path, own_identity: str, device: torch.device) -
     return content if fits else None
 
 
-def write_tensors(path: str | Path, content: dict) -> None:
-    """Write finished weights, readable by `torch.load` with weights_only=True."""
-    with whole_file(path) as partial:
-        partial.write_bytes(_as_bytes(content))
-
-
-def read_tensors(path: str | Path, device: torch.device | str = "cpu") -> dict:
-    """Read the file of `write_tensors`. Raises ConfigError for a damaged file."""
-    try:
-        return torch.load(path, map_location=device, weights_only=True)
-    except (OSError, ValueError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
-        what = str(error).split("\n", 1)[0][:100]
-        raise ConfigError(f"{path}: truncated or damaged ({what}); delete it and run the same command again") from None
-
-
 # What is normalised, and its number of channels.
 CHANNELS = {
     "ball": BALL_CHANNELS,
@@ -304,15 +289,20 @@ class NormalisedNetwork(nn.Module):
         return acceleration.view(graphs.count, graphs.balls, 3), dissipation
 
 
-def weights_content(model: NormalisedNetwork, recipe: Recipe) -> dict:
-    """Content of a weights file: the weights, with the recipe that gives them a shape."""
+def write_weights(path: str | Path, model: NormalisedNetwork, recipe: Recipe) -> None:
+    """Write finished weights, with the recipe that gives them a shape, readable by `torch.load` with weights_only."""
     state = {name: value.cpu() for name, value in model.state_dict().items()}
-    return {"recipe": recipe.model_dump(mode="json"), "state": state}
+    with whole_file(path) as partial:
+        partial.write_bytes(_as_bytes({"recipe": recipe.model_dump(mode="json"), "state": state}))
 
 
 def read_weights(path: str | Path, device: torch.device) -> tuple[NormalisedNetwork, Recipe]:
     """The model with its weights, ready to predict, and its recipe. Raises ConfigError for a damaged file."""
-    content = read_tensors(path, device)
+    try:
+        content = torch.load(path, map_location=device, weights_only=True)
+    except (OSError, ValueError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
+        what = str(error).split("\n", 1)[0][:100]
+        raise ConfigError(f"{path}: truncated or damaged ({what}); delete it and run the same command again") from None
     recipe = Recipe(**content["recipe"])
     model = NormalisedNetwork(recipe)
     model.load_state_dict(content["state"])
@@ -549,10 +539,12 @@ class Trainer:
         return True
 
 
-def train(dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device) -> tuple[dict, pd.DataFrame]:
+def train(
+    dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device
+) -> tuple[NormalisedNetwork, pd.DataFrame]:
     """Train a network on a data set, from its checkpoint if there is one of the same recipe and data.
 
-    Returns the content of the weights file, and a row of losses an epoch. Raises ConfigError and TrainingError as
+    Returns the network, and a row of losses an epoch. Raises ConfigError and TrainingError as
     `Trainer` and `Trainer.train`.
     """
     trainer = Trainer(read_dataset(dataset), recipe, device)
@@ -568,4 +560,4 @@ def train(dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device) 
         device.type,
         torch.get_num_threads(),
     )
-    return weights_content(trainer.model, recipe), trainer.history_table()
+    return trainer.model, trainer.history_table()
