@@ -70,10 +70,15 @@ def no_formula(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def panels_for(count: int, columns: int, size_in: tuple[float, float], **look: Any) -> tuple[Figure, list[Axes]]:
-    """A figure with this number of panels, row by row; size_in: width of the figure and height of a row."""
+def panels_for(
+    count: int, columns: int, size_in: tuple[float, float], further_in: float = 0.0, **look: Any
+) -> tuple[Figure, list[Axes]]:
+    """A figure with this number of panels, row by row.
+
+    size_in: width of the figure and height of a row; further_in: height of what is above and below all rows.
+    """
     rows = -(-count // columns)
-    size = size_in[0], size_in[1] * rows
+    size = size_in[0], size_in[1] * rows + further_in
     figure, grid = plt.subplots(rows, columns, figsize=size, squeeze=False, **look)
     for axis in grid.flat[count:]:
         axis.remove()

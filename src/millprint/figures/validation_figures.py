@@ -87,7 +87,7 @@ def plot_setup(
     """
     quantities = list(dict.fromkeys(predictions["quantity"]))
     models = [model for model in dict.fromkeys(predictions["model"]) if model != DEM]
-    figure, axes = panels_for(len(quantities), min(len(quantities), 2), (PAGE_WIDTH_IN, ROW_IN))
+    figure, axes = panels_for(len(quantities), min(len(quantities), 2), (PAGE_WIDTH_IN, ROW_IN), 0.4)
     names = dict(zip(points["quantity"], points["x_name"], strict=True))
     shared = next(iter(names.values()), "")
     names = {**(x_names or {}), **names}
@@ -151,7 +151,7 @@ def plot_charge(balls: pd.DataFrame, curve: pd.DataFrame, vessel: Vessel, axis: 
     """
     runs = balls.groupby("run", sort=False)
     columns, width = min(COLUMNS, len(runs)), PAGE_WIDTH_IN / COLUMNS
-    figure, panels = panels_for(len(runs), columns, (columns * width, width + 0.35))
+    figure, panels = panels_for(len(runs), columns, (columns * width, width + 0.2), 0.5)
     outline = _outline(vessel, axis)
     radius = np.linalg.norm(outline, axis=1).max()
     fastest = balls["ball_speed_m_s"].quantile(0.98)

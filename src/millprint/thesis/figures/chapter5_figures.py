@@ -388,7 +388,7 @@ def plot_pit(table: pd.DataFrame) -> Figure:
     table: model, strategy, scheme, from, to, share, expected, SPREAD, whose range is shaded.
     """
     names = names_of(table)
-    figure, axes = panels_for(len(names), 4, (PAGE_WIDTH_IN, 1.45), sharex=True, sharey=True)
+    figure, axes = panels_for(len(names), 4, (PAGE_WIDTH_IN, 1.3), 0.4, sharex=True, sharey=True)
     for axis, (model, strategy) in zip(axes, names, strict=True):
         own = table[(table["model"] == model) & (table["strategy"] == strategy)]
         for scheme in BOTH:
