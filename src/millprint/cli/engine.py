@@ -28,11 +28,6 @@ ENDS_WITH_READER = (
 )
 
 
-def cores() -> int:
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def settings_of(mill: str) -> list[str]:
     """The words of Snakemake for a mill: its name, its file in config/mills, or a configuration of a run.
 

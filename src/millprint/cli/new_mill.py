@@ -18,7 +18,7 @@ from typing import NamedTuple
 import yaml
 
 from millprint.cli.commands import parser_of
-from millprint.cli.engine import cores, run_workflow
+from millprint.cli.engine import run_workflow
 from millprint.config.charge import fill_of
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
@@ -28,6 +28,7 @@ from millprint.config.rows import PLAIN
 from millprint.config.sweep import overridden
 from millprint.config.wording import close_to
 from millprint.run.files import whole_file
+from millprint.run.machine import cores
 
 KINDS = Path(__file__).with_name("mills")
 # A place of a template: `<default>`, `<name=default>` where the key of the line is another's name too, or `<=name>` for

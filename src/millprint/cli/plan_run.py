@@ -10,7 +10,6 @@ the whole run. Nothing is changed.
 import argparse
 import io
 import logging
-import os
 import re
 import sys
 from collections.abc import Sequence
@@ -24,6 +23,7 @@ from millprint.cli.engine import settings_of, snakefile_words
 from millprint.config.arguments import check_configfiles
 from millprint.config.errors import ConfigError
 from millprint.config.load import YAML
+from millprint.run import machine
 from millprint.run.plan import Job, OneLineAJob, plan_text
 
 
@@ -61,7 +61,7 @@ def cores_of(words: list[str]) -> int:
     found = parser.parse_known_args(words)[0].cores or ""
     if re.fullmatch(r"-\d+|0+", found):
         raise ConfigError(f"--cores: {found}: must be 1 or more")
-    return int(found) if found.isdigit() else os.cpu_count() or 1
+    return int(found) if found.isdigit() else machine.cores()
 
 
 def with_targets_first(arguments: list[str]) -> list[str]:

@@ -12,10 +12,11 @@ Further arguments are those of Snakemake, such as --dry-run, or --config with ke
 """
 
 from millprint.cli.commands import parser_of
-from millprint.cli.engine import cores, run_workflow, settings_of
+from millprint.cli.engine import run_workflow, settings_of
 from millprint.config.arguments import Cores, check_configfiles, value_of
 from millprint.config.errors import ConfigError
 from millprint.config.wording import close_to
+from millprint.run.machine import cores
 from millprint.run.plan import endings
 
 TARGETS = {"fingerprint": "fingerprint", "explore": "explorer"}

@@ -13,7 +13,7 @@ import re
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, metadata
+from importlib.metadata import metadata
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -45,10 +45,7 @@ def read_citation() -> dict[str, Any]:
     """CITATION.cff of a checkout; for an installed library without it, the same keys from the metadata."""
     if CITATION.is_file():
         return yaml.safe_load(CITATION.read_text())
-    try:
-        own = metadata("millprint")
-    except PackageNotFoundError:
-        return {"title": "millprint", "version": "unknown", "license": LICENCE, "authors": []}
+    own = metadata("millprint")
     return {
         "title": own["Name"],
         "version": own["Version"],

@@ -54,13 +54,17 @@ def commit(folder: str | Path = Path(__file__).parent) -> str:
         return "unknown"
 
 
+def cores() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def provenance() -> dict[str, str]:
     """Commit, machine and versions as text, by name."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return {
         "commit": commit(),
         "Python": platform.python_version(),
-        "system": f"{platform.system()} {platform.machine()}, {cores} cores",
+        "system": f"{platform.system()} {platform.machine()}, {cores()} cores",
         **package_versions(),
     }
 
