@@ -2,7 +2,7 @@
 
 import json
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -226,36 +226,32 @@ def fit_exponents(descriptors: pd.DataFrame, counting_rules: pd.DataFrame, proba
 SPEED_POWERS = {name: 2 if name.endswith("_J") else 1 for name in TARGET_DESCRIPTORS}
 
 # Descriptors to keep: both energies as in the thesis, each descriptor by itself, or all at once.
-KEPT = {
-    "both energies": {"normal_energy_J": 1.0, "tangential_energy_J": 1.0},
-    "normal energy": {"normal_energy_J": 1.0},
-    "tangential energy": {"tangential_energy_J": 1.0},
-    "specific frequency": {"specific_frequency_hz": 1.0},
-    "all three": dict.fromkeys(DESCRIPTOR_SETS["per_collision"], 1.0),
-    "both weighted energies": dict.fromkeys(DESCRIPTOR_SETS["weighted"][:2], 1.0),
-    "weighted normal energy": {"weighted_normal_energy_J": 1.0},
-    "weighted tangential energy": {"weighted_tangential_energy_J": 1.0},
-    "both weighted frequencies": dict.fromkeys(DESCRIPTOR_SETS["weighted"][2:], 1.0),
-    "all weighted": dict.fromkeys(DESCRIPTOR_SETS["weighted"], 1.0),
+KEPT: dict[str, Sequence[str]] = {
+    "both energies": ("normal_energy_J", "tangential_energy_J"),
+    "normal energy": ("normal_energy_J",),
+    "tangential energy": ("tangential_energy_J",),
+    "specific frequency": ("specific_frequency_hz",),
+    "all three": DESCRIPTOR_SETS["per_collision"],
+    "both weighted energies": DESCRIPTOR_SETS["weighted"][:2],
+    "weighted normal energy": ("weighted_normal_energy_J",),
+    "weighted tangential energy": ("weighted_tangential_energy_J",),
+    "both weighted frequencies": DESCRIPTOR_SETS["weighted"][2:],
+    "all weighted": DESCRIPTOR_SETS["weighted"],
 }
 
 
 def nearest_speed(
-    target: dict[str, float], basic: Mapping[str, float], condition: Condition[float], weights: dict[str, float]
+    target: dict[str, float], basic: Mapping[str, float], condition: Condition[float], kept: Sequence[str]
 ) -> Condition[float]:
-    """The condition at the speed whose descriptors come nearest to `target`; the given speed is ignored.
+    """The condition at the speed whose descriptors `kept` come nearest to `target`; the given speed is ignored.
 
     basic: Pn, Pt and f at its fill ratio, and En_star, Et_star and f90 for weighted descriptors [-]. Least squares of
-    the weighted log residuals: each descriptor is c omega^p with p from SPEED_POWERS, so log(omega) = sum w p
-    log(target / c) / sum w p^2. That is exact where one descriptor, or descriptors that agree, have a weight. Raises
-    ValueError if every weight is zero.
+    the log residuals: each descriptor is c omega^p with p from SPEED_POWERS, so log(omega) = sum p log(target / c) /
+    sum p^2. That is exact where one descriptor is kept, or descriptors that agree.
     """
     unit = descriptors_of(replace(condition, speed_hz=1.0), scaled_quantities(basic))
-    weighing = {name: power for name, power in SPEED_POWERS.items() if weights.get(name, 0.0) > 0}
-    if not weighing:
-        raise ValueError("at least one descriptor must have a weight over 0")
-    below = sum(weights[name] * power**2 for name, power in weighing.items())
-    above = sum(weights[name] * power * np.log(target[name] / unit[name]) for name, power in weighing.items())
+    below = sum(SPEED_POWERS[name] ** 2 for name in kept)
+    above = sum(SPEED_POWERS[name] * np.log(target[name] / unit[name]) for name in kept)
     return replace(condition, speed_hz=float(np.exp(above / below)))
 
 
@@ -277,10 +273,10 @@ def invert_speed(
     balls has not changed.
     """
     rows = []
-    for kept, weights in KEPT.items():
-        if not set(weights) <= set(target):
+    for kept, names in KEPT.items():
+        if not set(names) <= set(target):
             continue
-        nearest = nearest_speed(target, basic, condition, weights)
+        nearest = nearest_speed(target, basic, condition, names)
         found = descriptors_of(nearest, scaled_quantities(basic))
         found = {name: found[name] for name in descriptors_shown(target)}
         rows.append(
