@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
 from millprint.dem.convergence import convergence_table
 from millprint.estimate.estimates import Estimate, Interval
@@ -91,11 +90,8 @@ def tabulate_counting_rules(summaries: list[dict]) -> pd.DataFrame:
 
 
 def conditions_of(descriptors: pd.DataFrame, mill: str, contact: str) -> pd.DataFrame:
-    """The conditions of one mill and contact set; raises ConfigError if there are none."""
-    chosen = descriptors[(descriptors["mill"] == mill) & (descriptors["contact"] == contact)]
-    if chosen.empty:
-        raise ConfigError(f"sweeps: no simulation of mill {mill} with contact set {contact}; add one to a sweep")
-    return chosen
+    """The conditions of one mill and contact set."""
+    return descriptors[(descriptors["mill"] == mill) & (descriptors["contact"] == contact)]
 
 
 def _pooled_spread(groups: list[np.ndarray]) -> float:
