@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from millprint.config.errors import ConfigError
@@ -69,45 +68,32 @@ class Trajectory:
 
 
 def read_trajectory(path: str | Path, from_s: float = 0.0, until_s: float = np.inf) -> Trajectory:
-    """Read the snapshots with from_s <= time <= until_s from a run.
-
-    Raises ConfigError for a run without snapshots, with a data set missing, or with fewer than two in that time.
-    """
+    """Read the snapshots with from_s <= time <= until_s from a run; `check_surrogate_cases` knows that it has them."""
     with open_hdf5(path) as file:
-        if "snapshots" not in file:
-            raise ConfigError(f"{path}: no snapshots: the sweep of this case needs snapshot_interval_s")
-        time_s, offset = (_dataset(file, name, path)[:] for name in ("time_s", "contact_offset"))
+        snapshots = file["snapshots"]
+        time_s, offset = snapshots["time_s"][:], snapshots["contact_offset"][:]
         # Times are sums of steps: a tolerance of half a microsecond decides whether a snapshot at a bound belongs.
         rows = slice(*np.searchsorted(time_s, [from_s - 5e-7, until_s + 5e-7]))
-        if rows.stop - rows.start < 2:
-            raise ConfigError(f"{path}: fewer than two snapshots from {from_s:g} s to {until_s:g} s of motion")
         offset = offset[rows.start : rows.stop + 1]
         first, second = (
-            _dataset(file, name, path)[int(offset[0]) : int(offset[-1])] for name in ("contact_first", "contact_second")
+            snapshots[name][int(offset[0]) : int(offset[-1])] for name in ("contact_first", "contact_second")
         )
-        arrays = {name: _dataset(file, dataset, path)[rows] for name, dataset in OF_SNAPSHOTS.items()}
-        dissipated_J = _dataset(file, "normal_J", path)[rows] + _dataset(file, "tangential_J", path)[rows]
+        arrays = {name: snapshots[dataset][rows] for name, dataset in OF_SNAPSHOTS.items()}
+        dissipated_J = snapshots["normal_J"][rows] + snapshots["tangential_J"][rows]
     offset = offset - offset[0]
     return Trajectory(**arrays, dissipated_J=dissipated_J, contact_offset=offset, first=first, second=second)
 
 
 def read_attributes(path: str | Path) -> dict:
-    """The configuration that a run carries: `case`, `mill`, `contact` and `dem` as mappings.
-
-    Raises ConfigError for balls of several sizes, which the surrogates do not know.
-    """
+    """The configuration that a run carries: `case`, `mill`, `contact` and `dem` as mappings."""
     with open_hdf5(path) as file:
-        attributes = json.loads(file.attrs["config"])
-    mixture = attributes["case"].get("mixture")
-    if mixture:
-        raise ConfigError(f"{path}: charge {mixture['name']} has several ball sizes; the surrogate knows balls of one")
-    return attributes
+        return json.loads(file.attrs["config"])
 
 
 def read_rows(path: str | Path, names: tuple[str, ...], rows: slice) -> list[np.ndarray]:
-    """Some rows of data sets of the snapshots of a run; raises ConfigError for one that is missing."""
+    """Some rows of data sets of the snapshots of a run."""
     with open_hdf5(path) as file:
-        return [_dataset(file, name, path)[rows] for name in names]
+        return [file["snapshots"][name][rows] for name in names]
 
 
 def mean_power_W(path: str | Path, until_s: float) -> float:
@@ -115,13 +101,6 @@ def mean_power_W(path: str | Path, until_s: float) -> float:
     time_s, normal, tangential = read_rows(path, ("time_s", "normal_J", "tangential_J"), slice(None))
     end = int(np.searchsorted(time_s, until_s + 5e-7))
     return float((normal + tangential)[1:end].sum(dtype=float) / (time_s[end - 1] - time_s[0]))
-
-
-def _dataset(file: h5py.File, name: str, path: str | Path) -> h5py.Dataset:
-    """A data set of the snapshots; raises ConfigError where it is missing."""
-    if name not in file.get("snapshots", {}):
-        raise ConfigError(f"{path}: snapshots/{name} is missing")
-    return file["snapshots"][name]
 
 
 AXES = "xyz"
@@ -305,11 +284,8 @@ class RollOut:
 
     @classmethod
     def read(cls, path: str | Path) -> "RollOut":
-        """Read a file, in double precision. Raises ConfigError where a data set that every roll-out has is missing."""
+        """Read a file, in double precision."""
         with open_hdf5(path) as file:
-            for name in UNITS:
-                if name not in file:
-                    raise ConfigError(f"{path}: {name} is missing: not a roll-out, or one of another version")
             arrays = {name: file[name][:].astype(float) for name in UNITS}
             edges = {kind: float(file.attrs[key]) for kind in EDGES if (key := f"mean_{kind}_edges") in file.attrs}
             return cls(**arrays, mean_edges=edges)

@@ -38,7 +38,7 @@ def movie_side_by_side(
     """
     time_s, position_m, velocity_m_s = (values[::every] for values in (time_s, position_m, velocity_m_s))
     with open_hdf5(run) as file:
-        first, stride, last = _rows(file["snapshots/time_s"][:] if "snapshots" in file else None, time_s, run)
+        first, stride, last = _rows(file["snapshots/time_s"][:], time_s, run)
         stage = Stage(Snapshots(file, stride, first, last))
     frames = []
     for block in stage.blocks:
@@ -59,14 +59,11 @@ def _together(simulated: Frame, predicted: Frame) -> Frame:
     return Frame(simulated.time_s, simulated.revolution, tuple(picture for pair in pairs for picture in pair))
 
 
-def _rows(recorded_s: np.ndarray | None, asked_s: np.ndarray, run: str | Path) -> tuple[int, int, int]:
+def _rows(recorded_s: np.ndarray, asked_s: np.ndarray, run: str | Path) -> tuple[int, int, int]:
     """First, stride and last of the snapshots at the requested times."""
-    refusal = f"{run}: no snapshots at the frames of the roll-out: set snapshot_interval_s to divide them"
-    if recorded_s is None:
-        raise ConfigError(refusal)
     rows = np.searchsorted(recorded_s, asked_s - 1e-6)
     if len(rows) < 2 or rows[-1] >= len(recorded_s) or np.abs(recorded_s[rows] - asked_s).max() > 1e-5:
-        raise ConfigError(refusal)
+        raise ConfigError(f"{run}: no snapshots at the frames of the roll-out: set snapshot_interval_s to divide them")
     return int(rows[0]), int(rows[1] - rows[0]), int(rows[-1]) + 1
 
 
