@@ -178,8 +178,8 @@ function isNearLayer(point, inputs, layers) {
   near = near.filter(({ row }) => row.every((value, k) => k === 0 || isBetween(value, boxes[k])));
   return near.some(({ row, isLayer }) => {
     if (!isLayer) return false;
-    const ofSetting = near.filter((other) => other.row.every((value, k) => k === 0 || Math.abs(value - row[k]) < SAME));
-    return around(ofSetting.map((other) => other.row[0]), point[0]).some((fill) => Math.abs(fill - row[0]) < SAME);
+    const own = near.filter((other) => other.row.every((value, k) => k === 0 || Math.abs(value - row[k]) < SAME));
+    return around(own.map((other) => other.row[0]), point[0]).some((fill) => Math.abs(fill - row[0]) < SAME);
   });
 }
 
