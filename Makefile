@@ -29,7 +29,7 @@ HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works
 SMOKED := $(addprefix tests/workflow/test_,$(addsuffix .py,cards crate mills report reruns smoke))
 KILLED := $(addprefix tests/workflow/test_,$(addsuffix .py,kills server wheel))
 PAGED := $(addprefix tests/workflow/test_,$(addsuffix .py,docs first_hour notebooks readme))
-PARTS := test-smoke test-pages test-workflow test-kills test-physics test-slow test-fast
+PARTS := test-smoke test-physics test-slow test-workflow test-pages test-kills test-fast
 
 .PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock mutants clean
 
