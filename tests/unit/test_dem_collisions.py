@@ -140,6 +140,17 @@ def test_merging_agrees_with_a_plain_loop():
     np.testing.assert_allclose(merged[names].to_numpy(), np.array(expected), rtol=1e-12)
 
 
+def test_gaps_of_whole_steps_are_counted_alike_before_and_after_a_file():
+    """Parts of 86 to 88 steps of a turn of 8700: 0.01 turns is 87 steps, which rounding must not decide."""
+    rng, step, n = np.random.default_rng(1), 60 / 1200 / 8700, 3000
+    lasting, free = rng.integers(1, 60, n), rng.integers(86, 89, n)
+    start = 30_000 + np.cumsum(np.append(0, (lasting + free)[:-1]))
+    table = collision_table(made_up(np.zeros(n, int), np.ones(n, int), start_s=start * step, duration_s=lasting * step))
+    read = table.assign(duration_s=table["duration_s"].astype(np.float32).astype(float))
+    expected = 1 + int((free[:-1] > 87).sum())
+    assert [len(merge_contacts(sort_by_pair(each), 0.01 / 20)) for each in (table, read)] == [expected, expected]
+
+
 def travelled() -> pd.DataFrame:
     """A ball on two surfaces. Contact 7 goes over facets 3, 4 and 5 of surface 0; contact 8 is cut by the window."""
     return collision_table(

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 # The dissipation of a channel under this share of the whole is rounding, as the shear of balls that bounce straight up.
 ROUNDING = 1e-9
+# Share of a gap by which starts and durations may be rounded, in the single precision of a file too; far below a step.
+ROUNDED = 1e-4
 # Name of a collision's value in the column of all tangential work: the work less the damping share.
 SLIDING = "sliding_J"
 # Values of a collision, with their units in the name.
@@ -122,14 +124,15 @@ def sort_by_pair(table: pd.DataFrame) -> pd.DataFrame:
 def merge_contacts(ordered: pd.DataFrame, gap_s: float) -> pd.DataFrame:
     """One row for each collision, of contacts as `sort_by_pair` gives them: re-contacts within gap_s [s] are one.
 
-    Start and speeds are those of the first contact, peaks the largest; times in contact and energies add up.
+    Start and speeds are those of the first contact, peaks the largest; times in contact and energies add up. A gap that
+    is a whole number of steps is as often met exactly, so that rounding must not decide.
     """
     if ordered.empty or gap_s == 0:
         return ordered
     column = {name: ordered[name].to_numpy() for name in ordered.columns}
     same_pair = (np.diff(column["first"]) == 0) & (np.diff(column["second"]) == 0)
     free_s = column["start_s"][1:] - (column["start_s"] + column["duration_s"])[:-1]
-    begins = np.flatnonzero(np.concatenate([[True], ~(same_pair & (free_s <= gap_s))]))
+    begins = np.flatnonzero(np.concatenate([[True], ~(same_pair & (free_s <= gap_s * (1 + ROUNDED)))]))
     ways = {"first": "first", "second": "first", **JOINED}
     joined = {
         "first": lambda values: values[begins],
