@@ -145,7 +145,8 @@ def test_static_friction_raises_the_first_swing_and_rolling_friction_ends_them(m
 
 @pytest.mark.slow
 def test_the_fit_gives_back_the_pair_of_a_noisy_track(mills, contacts):
-    chosen = settings(duration_s=0.4)
+    # A search of 64 stopped beside the best pair, 5.2 % off on one type of processor and nearer on others.
+    chosen = settings(duration_s=0.4, search_simulations=192)
     contact = contacts["calibrated"].model_copy(update={"static_friction": 0.42, "rolling_friction": 0.031})
     swing = make_swing(mills["emax"], contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     track = simulate_track(swing, chosen)
