@@ -300,6 +300,17 @@ def test_nothing_is_known_between_a_condition_without_impacts_and_one_with(hits,
     assert find_zones(own).empty == (len(hits) == 1)
 
 
+def test_a_charge_without_impacts_says_nothing_of_other_balls():
+    graded = {"mixture": {"name": "graded", "sizes_mm": [10.0, 5.0], "numbers": [0.5, 0.5]}}
+    layers = [still(fill) for fill in (0.11, 0.15, 0.20)]
+    for layer in layers:
+        layer["case"] |= graded
+    runs = [*layers, *(summary(fill) for fill in (0.11, 0.15, 0.20))]
+    own = Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)
+    assert not len(own.layers) and own.fill_range == (0.11, 0.20)
+    assert np.isfinite(own.predict(own.condition(speed_hz=10.0, ball_diameter_m=0.01, fill_ratio=0.15)).wall_power_W.upper)
+
+
 def test_where_nothing_hits_at_all_only_powers_have_curves():
     runs = [still(fill) for fill in (0.04, 0.06, 0.10)]
     own = Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)

@@ -140,6 +140,8 @@ class Fingerprint:
         still = descriptors[said_of(descriptors, "no_impacts")]
         descriptors = with_impacts(descriptors)
         nothing_hits = said_of(descriptors, "no_impacts").any()
+        # A charge without any impacts is unknown as a whole.
+        still = still[still[CHARGE].isin(descriptors[CHARGE])]
         about = describe(descriptors, volume_m3, probability, charges)
         kinds = about.get("kinds", ())
         inputs, components = logarithms(descriptors, kinds), varied_components(descriptors)
