@@ -308,7 +308,8 @@ def test_a_charge_without_impacts_says_nothing_of_other_balls():
     runs = [*layers, *(summary(fill) for fill in (0.11, 0.15, 0.20))]
     own = Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)
     assert not len(own.layers) and own.fill_range == (0.11, 0.20)
-    assert np.isfinite(own.predict(own.condition(speed_hz=10.0, ball_diameter_m=0.01, fill_ratio=0.15)).wall_power_W.upper)
+    found = own.predict(own.condition(speed_hz=10.0, ball_diameter_m=0.01, fill_ratio=0.15))
+    assert np.isfinite(found.wall_power_W.upper)
 
 
 def test_where_nothing_hits_at_all_only_powers_have_curves():
