@@ -13,6 +13,7 @@ from millprint.dem.collisions import (
     by_surface,
     collision_statistics,
     collision_table,
+    kept_by,
     merge_contacts,
     sort_by_pair,
     squares_per_turn,
@@ -149,6 +150,9 @@ def test_gaps_of_whole_steps_are_counted_alike_before_and_after_a_file():
     read = table.assign(duration_s=table["duration_s"].astype(np.float32).astype(float))
     expected = 1 + int((free[:-1] > 87).sum())
     assert [len(merge_contacts(sort_by_pair(each), 0.01 / 20)) for each in (table, read)] == [expected, expected]
+    # Durations of whole steps against a threshold of 25 of them.
+    rule = CountingRule(name="long", by="surface", duration_min_s=25 * step)
+    assert [int(kept_by(rule, each).sum()) for each in (table, read)] == [int((lasting >= 25).sum())] * 2
 
 
 def travelled() -> pd.DataFrame:

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.config.errors import ConfigError
 from millprint.dem.ledger import closure
 from millprint.dem.run import window_goes_on
 from millprint.dem.turns import (
@@ -25,7 +26,8 @@ from millprint.fingerprint.descriptors import (
     variance_of_run,
 )
 from millprint.fingerprint.mill_collapse import find_zones
-from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.model import LAYERS, Fingerprint
+from millprint.run.files import read_json, write_json
 from tests.refusals import truths
 from tests.unit.synthetic_mill import VOLUME, still, summary
 
@@ -298,6 +300,11 @@ def test_nothing_is_known_between_a_condition_without_impacts_and_one_with(hits,
     assert np.isnan(one.tangential_share.upper) and np.isnan(one.normal_power_W.ends("mean")).all()
     assert fitted.predict(asked).equals(found)
     assert find_zones(own).empty == (len(hits) == 1)
+    content = read_json(tmp_path / "own.json")
+    content[LAYERS]["fill_ratio"].pop()
+    write_json(content, tmp_path / "own.json")
+    with pytest.raises(ConfigError, match="no_impacts: must have as many of each variable"):
+        Fingerprint.read(tmp_path / "own.json")
 
 
 def test_a_charge_without_impacts_says_nothing_of_other_balls():

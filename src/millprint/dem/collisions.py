@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 # The dissipation of a channel under this share of the whole is rounding, as the shear of balls that bounce straight up.
 ROUNDING = 1e-9
-# Share of a gap by which starts and durations may be rounded, in the single precision of a file too; far below a step.
+# Share by which times may be rounded, in the single precision of a file too: of a gap or a duration, far below a step.
 ROUNDED = 1e-4
 # Name of a collision's value in the column of all tangential work: the work less the damping share.
 SLIDING = "sliding_J"
@@ -153,7 +153,7 @@ def _shares(chosen: np.ndarray, weights: dict[str, np.ndarray]) -> dict[str, flo
 def kept_by(rule: CountingRule, merged: pd.DataFrame) -> np.ndarray:
     """Which of the merged collisions are over the thresholds of a rule."""
     hard = merged["peak_force_N"].to_numpy() >= rule.peak_force_min_N
-    return hard & (merged["duration_s"].to_numpy() >= rule.duration_min_s)
+    return hard & (merged["duration_s"].to_numpy() >= rule.duration_min_s * (1 - ROUNDED))
 
 
 def count_collisions(merged: pd.DataFrame, rule: CountingRule, begin_s: float, window_s: float, balls: int) -> dict:

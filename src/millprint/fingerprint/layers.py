@@ -2,8 +2,7 @@
 
 import numpy as np
 
-# Logarithms are the same within this difference; as in the explorer.
-SAME = 1e-5
+from millprint.fingerprint.processes import SAME
 
 
 def around(values: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

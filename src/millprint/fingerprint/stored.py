@@ -62,6 +62,8 @@ class StoredFingerprint(_Part):
             raise ValueError("about.settings: must have as many of each variable")
         if self.no_impacts and {*self.no_impacts} != {*self.inputs}:
             raise ValueError("no_impacts: must have the variables of inputs")
+        if len({len(own) for own in self.no_impacts.values()}) > 1:
+            raise ValueError("no_impacts: must have as many of each variable")
         if missing := [name for name in VARIABLES if name not in self.inputs or name not in self.about.ranges]:
             raise ValueError(f"inputs.{missing[0]}: this key is missing, or its range")
         return self
