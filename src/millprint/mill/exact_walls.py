@@ -233,19 +233,23 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     return replace(curve, **changes)
 
 
-def _short_sides(vessel: Vessel, moved: np.ndarray) -> np.ndarray:
-    """Which sides (n,) of the outlines through moved vertices (v, 3) are none."""
-    ends = moved[vessel.corners]
-    return lengths(ends[vessel.outlines.loops.ahead] - ends)[:, 0] < WELD * vessel.size
+def _short_sides(vessel: Vessel, moved: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which sides (n,) of the outlines through moved vertices (v, 3) are none.
+
+    Of a side across a border whose ends were both put on it, rounding is left, which may point back along the border.
+    """
+    begin, ahead = vessel.corners, vessel.outlines.loops.ahead
+    drawn, now = (lengths(points[begin[ahead]] - points[begin])[:, 0] for points in (vessel.vertices, moved))
+    return (now < WELD * vessel.size) | ((now < tolerance) & (drawn > 4 * tolerance))
 
 
-def _without_collapsed(vessel: Vessel, moved: np.ndarray) -> tuple[Outlines, np.ndarray]:
+def _without_collapsed(vessel: Vessel, moved: np.ndarray, tolerance: float) -> tuple[Outlines, np.ndarray]:
     """The outlines through moved vertices (v, 3) of the facets that are still some, and the numbers of these.
 
     The vertices of a facet that is hardly wider than the file's rounding may all be put on one border. Its neighbours
     meet there once those that are in one place by now are one.
     """
-    begin, is_short = vessel.corners, _short_sides(vessel, moved)
+    begin, is_short = vessel.corners, _short_sides(vessel, moved, tolerance)
     end = begin[vessel.outlines.loops.ahead]
     if not is_short.any():
         kept = np.arange(len(vessel.normals))
@@ -335,14 +339,14 @@ def whole_patches(
             else curve
             for number, curve in enumerate(curves)
         ]
-        facets, kept = _without_collapsed(vessel, moved)
+        facets, kept = _without_collapsed(vessel, moved, tolerance)
         try:
             exact = Vessel(
                 facets, vessel.name, vessel.solid, vessel.smooth_axis, trimmed, on_curve[kept], tuple(report)
             )
         except ConfigError:
             # The drawing is closed; as narrow as the file's rounding, its facets may fold where they are put on a wall.
-            folded = vessel.outlines.corners.owner[_short_sides(vessel, moved)]
+            folded = vessel.outlines.corners.owner[_short_sides(vessel, moved, tolerance)]
             spoilt = np.isin(drawn_patch, drawn_patch[folded]) & (on_curve >= 0)
             if not spoilt.any():
                 raise
