@@ -180,8 +180,8 @@ def test_a_finely_drawn_surface_of_few_decimals_is_touched_as_its_closed_form_sa
     """Rounding hides the first steps of its roundings, axes of a few facets are off, balls come near the axis.
 
     A cone ends on the sphere where it begins; one has an arc of 7.7 m over 5 mm; one file draws a line between two
-    roundings as well as their meeting, and one a cone that goes on to the end of an arc's first step. Facets of two steps
-    have sides across a rim, both of whose ends are put on it.
+    roundings as well as their meeting, and one a cone that goes on to the end of an arc's first step. Facets of two
+    steps have sides across a rim, both of whose ends are put on it.
     """
     assert check(seed, shots=5) == []
 
