@@ -6,8 +6,11 @@ import shutil
 from functools import cache
 from pathlib import Path
 
+import numba
 import pytest
 
+from millprint.config.charge import BallMixture
+from millprint.config.sweep import balls_of
 from millprint.dem import advance, compilation, simulation
 from millprint.run import digest, kernel, machine
 
@@ -96,6 +99,19 @@ def test_parts_that_are_compiled_ahead_are_those_that_the_loop_calls():
             assert [name for name in given if name in names] == names
     # The second process says nothing where it fails.
     compilation.compile_others()
+
+
+def test_balls_of_several_sizes_need_no_kernels_of_their_own():
+    """A row of coefficients in another order of memory was another type: the step loop was compiled again."""
+    sizes = BallMixture(name="two", sizes_mm=(3, 2), shares=(0.6, 0.4))
+    mixed = compilation.TINY_CASE.model_copy(update=balls_of(sizes))
+    one, several = (
+        vars(simulation.Simulation(case, compilation.TINY_MILL, compilation.TINY_CONTACT, compilation.TINY_DEM))
+        for case in (compilation.TINY_CASE, mixed)
+    )
+    for part in (*compilation.FORCES, *compilation.OTHERS):
+        for name in one.keys() & inspect.signature(part.py_func).parameters:
+            assert numba.typeof(one[name]) == numba.typeof(several[name]), name
 
 
 def test_without_a_cache_that_can_be_written_the_working_folder_has_one(tmp_path, monkeypatch):

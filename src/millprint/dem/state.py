@@ -227,7 +227,8 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
     rough = [at_wall(a, contact.at_wall, pull("ball_wall", radius[a])) for a in species]
     smooth = [at_wall(a, contact.without_friction, 0.0) for a in species]
     wall = [rough, smooth]  # in the order of walls.Surfaces
-    return Laws(np.array(pair)[row_of[:, None], row_of], np.array(wall)[:, row_of], surface, tables)
+    # Rows of a mixture in the order of memory that one species has, or the kernels would be compiled for it again.
+    return Laws(np.array(pair)[row_of[:, None], row_of], np.array(wall).take(row_of, axis=1), surface, tables)
 
 
 def _of_all(sizes: np.ndarray, species: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ LONG_S = {
     "roll_out_surrogate": 65.0,
     "hold_out_yields": 62.0,
     "permute_yields": 45.0,
-    "compile_kernels": 44.0,
+    "compile_kernels": 33.0,
 }
 
 
