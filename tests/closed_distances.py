@@ -151,7 +151,7 @@ def _dot(a, b):
 
 
 @numba.njit
-def _cross(a, b):
+def _normal_of(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
@@ -159,10 +159,10 @@ def _cross(a, b):
 def _nearest_of(corners):
     """The point of a triangle of three corners that is nearest to the origin."""
     sides = (_along(corners[1], -1, corners[0]), _along(corners[2], -1, corners[1]), _along(corners[0], -1, corners[2]))
-    normal = _cross(sides[0], sides[1])
+    normal = _normal_of(sides[0], sides[1])
     best, nearest, is_over = np.inf, corners[0], True
     for k in range(3):
-        is_over &= _dot(_cross(sides[k], corners[k]), normal) <= 0
+        is_over &= _dot(_normal_of(sides[k], corners[k]), normal) <= 0
         share = min(max(-_dot(corners[k], sides[k]) / _dot(sides[k], sides[k]), 0.0), 1.0)
         place = _along(corners[k], share, sides[k])
         squared = _dot(place, place)
@@ -189,7 +189,7 @@ def nearest_on_triangles(triangles: np.ndarray, points: np.ndarray) -> tuple[np.
             c = _along((corners[2, 0], corners[2, 1], corners[2, 2]), -1, point)
             la, lb, lc = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b)), math.sqrt(_dot(c, c))
             down = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb
-            winding[p] += math.atan2(_dot(a, _cross(b, c)), down) / (2 * math.pi)
+            winding[p] += math.atan2(_dot(a, _normal_of(b, c)), down) / (2 * math.pi)
             place = _nearest_of((a, b, c))
             squared = _dot(place, place)
             if squared < best:
