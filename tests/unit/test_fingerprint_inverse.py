@@ -1,6 +1,5 @@
 """Inverse mode: the thesis's 1698 rpm, and conditions that are found again from their own descriptors."""
 
-import itertools
 import json
 import math
 from pathlib import Path
@@ -237,9 +236,9 @@ def test_the_verdict_is_from_the_bands_of_both_mills(value, factor, wanted, room
 
 @pytest.mark.slow
 def test_the_words_the_table_and_the_bands_of_a_match_agree(capsys, tmp_path):
-    """Every ordered pair of some included mills, from the middle of what was simulated of each."""
-    mills = ("mixer", "spex", "planetary", "drum")
-    for like, mill in itertools.permutations(mills, 2):
+    """Pairs of included mills of each verdict, from the middle of what was simulated of each."""
+    seen = set()
+    for like, mill in (("mixer", "spex"), ("spex", "mixer"), ("spex", "planetary"), ("planetary", "drum")):
         about = read_fingerprint(like).about["ranges"]
         middle = {name: math.sqrt(low * high) for name, (low, high) in about.items()}
         setting = [f"{middle['speed_hz']}Hz", f"{1e3 * middle['ball_diameter_m']}", f"{middle['fill_ratio']}"]
@@ -255,11 +254,13 @@ def test_the_words_the_table_and_the_bands_of_a_match_agree(capsys, tmp_path):
         assert agrees == list(rows["verdict"] == "agrees")
         heads = {"agrees": "met on", "open": "not known on", "differs": "not met on"}
         best = rows[rows["verdict"] == "agrees"].head(1) if any(agrees) else rows.head(1)
+        seen.add(best["verdict"].iloc[0])
         assert printed[1].startswith(f"as_{like}: {heads[best['verdict'].iloc[0]]} {mill}")
         (time,) = [line for line in printed if line.startswith("5 h there is ")]
         assert float(time.split()[4]) == pytest.approx(5 * best["time_ratio"].iloc[0], rel=1e-2)
         table = printed[-len(rows) - 1 :]
         assert table[0].split()[0] == "#" and max(map(len, table)) <= 120
+    assert seen == set(heads)
 
 
 def test_time_makes_up_for_power(curves):
