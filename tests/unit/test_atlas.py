@@ -1,5 +1,6 @@
 """The atlas of mills: groups, refusals, the model and its file, and the command that asks it."""
 
+import itertools
 import json
 import math
 import subprocess
@@ -17,8 +18,8 @@ from millprint.atlas.design import HELD_OUT, design, rows_of
 from millprint.atlas.estimate_mill import check, estimate, estimate_many, exponents
 from millprint.atlas.fit_atlas import Fit, Rows, fit_kind, fit_robust, fit_surface, fit_width, growth, without_own
 from millprint.atlas.fit_atlas import rows_of as fit_rows_of
-from millprint.atlas.kind_groups import loss
-from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, balls_of, recognise
+from millprint.atlas.kind_groups import PACKED, loss
+from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, balls_of, recognise, slip
 from millprint.cli import estimate_condition
 from millprint.config.counting import DEFAULT_RULE
 from millprint.config.included import included_mills, load_contact, load_mill
@@ -88,6 +89,18 @@ def test_a_bed_loses_more_with_more_layers_and_with_less_restitution():
     assert layered == pytest.approx(lossy)
     assert layered > plain
     assert loss(bed | {"fill": 0.1, "restitution": 0.0}, "length") == pytest.approx(0.0)
+
+
+def test_friction_holds_a_bed_by_the_pressure_on_the_walls():
+    """Torques over the section of a bed, up to an angle to each side of its lowest line, integrated."""
+    for half, length in itertools.product((0.95, 1.3, 1.6, 1.82), (0.5, 2.5)):
+        angle, height = np.linspace(-half, half, 2001), np.linspace(math.cos(half), 1, 20_001)
+        width, depth = 2 * np.sqrt(1 - height**2), height - math.cos(half)
+        shell = np.trapezoid(np.cos(angle) - math.cos(half), angle)
+        held = 0.3 * (shell + 2 / length * np.trapezoid(depth * width, height)) / np.trapezoid(height * width, height)
+        fill = PACKED * np.trapezoid(width, height) / math.pi
+        bed = {"fill": fill, "ball": 0.4, "length": length, "wall_static_friction": 0.3}
+        assert np.exp(2 * slip(bed)) == pytest.approx(held / 0.8, rel=0.13)
 
 
 def test_included_mills_are_recognised():

@@ -4,10 +4,13 @@ To add a kind, write what makes its groups from dimensions and dimensions from g
 """
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from millprint.atlas.kind_groups import (
     CONTACT,
     FILLET,
+    PACKED,
     RADIUS,
     REFERENCE_MM,
     Dimension,
@@ -211,6 +214,22 @@ def _drum_recognised(mill: MillConfig) -> dict[str, float] | None:
     return jar if turns_about_itself and sum(along) == max(along) else None
 
 
+def slip(groups: Mapping[str, Any]) -> Any:
+    """The logarithm of what friction at the walls can hold over the weight of the bed, as torques, in halves: a bed of
+    less slides along the shell.
+
+    mu_w (s + (s - 1) R / L) / (1 - d / 2R), from the pressure rho g h at a depth h: on the shell with
+    s = (1 + u) / (1 - u), of a bed over the share u of the section, and on both ends with s - 1, their arm being R;
+    within 13 % of the integrals. The balls' centres lie within R - d / 2.
+    """
+    import numpy as np
+
+    filled = groups["fill"] / PACKED
+    shell = (1 + filled) / (1 - filled)
+    held = groups["wall_static_friction"] * (shell + (shell - 1) / groups["length"])
+    return np.log(held / (1 - groups["ball"] / 2)) / 2
+
+
 DRUM = Kind(
     name="drum",
     title="Tumbling drum",
@@ -233,7 +252,7 @@ DRUM = Kind(
     realised=_drum_realised,
     recognised=_drum_recognised,
     ends=0,
-    derived=(layers, loss),
+    derived=(layers, loss, slip),
     # A bed turns over twice or more in a turn, which is long.
     discarded_turns=1,
     fewest_turns=8,

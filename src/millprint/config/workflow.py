@@ -37,7 +37,7 @@ from millprint.config.yields import YieldConfig
 HELD_OUT_MILLS = 100
 DRAWS = {
     "planetary": (20_261, 20_281, 20_282, 20_291),
-    "mixer": (20_261, 20_281, 20_282, 20_283, 20_291, 20_301),
+    "mixer": (20_261, 20_281, 20_282, 20_283, 20_291),
     "drum": (20_281, 20_291, 20_301),
     "spex": (20_261, 20_281, 20_282, 20_283, 20_291),
 }
@@ -54,7 +54,7 @@ class AtlasConfig(Section):
     """rows of the design of planetary mills; those that teach something are simulated; 0 for none of the kind"""
     mixer: Simulations = 2025
     """of mixer mills"""
-    drum: Simulations = 800
+    drum: Simulations = 826
     """of tumbling drums"""
     spex: Simulations = 800
     """of shakers like the SPEX 8000"""
