@@ -15,8 +15,8 @@ from millprint.dem.run import simulate
 from millprint.fingerprint.bands import read_factors
 from millprint.observables.definitions import CURVES
 from millprint.run.files import read_table, write_json
-from millprint.uncertainty import samples
-from millprint.uncertainty.intervals import interval_ends, measure, nearest_to
+from millprint.uncertainty import intervals, samples
+from millprint.uncertainty.intervals import fit_emulators, interval_ends, measure, nearest_to
 from millprint.uncertainty.samples import (
     check_contact,
     contact_space,
@@ -47,6 +47,8 @@ def test_quantiles_are_those_of_closed_forms():
     assert quantile(0.125, kind="triangular", low=0.2, mode=0.4, high=0.6) == pytest.approx(0.3)
     assert quantile(0.5, kind="measured", value=0.5, standard_error=0.1) == pytest.approx(0.5)
     assert quantile(1.0, kind="measured", value=0.5, standard_error=0.3) == 1.0  # no ball gives energy back
+    ends = [quantile(share, kind="measured", value=0.5, standard_error=0.1) for share in (0, 1)]
+    assert ends == pytest.approx([0.2, 0.8])  # three deviations away
     # The ends of a measured interval are its quantiles, but for the cut at three deviations.
     assert quantile(0.025, kind="measured", lower=0.3, upper=0.4) == pytest.approx(0.3, abs=1e-3)
     assert quantile(0.975, kind="measured", lower=0.3, upper=0.4) == pytest.approx(0.4, abs=1e-3)
@@ -170,6 +172,16 @@ def synthetic_samples(settings: UncertaintyConfig) -> pd.DataFrame:
     fixed |= {"density_kg_m3": 7700.0, "amplitude_m": 0.017}
     quantities = dict.fromkeys(CURVES, value) | {f"{name}_se": 1e-3 * value for name in CURVES}
     return samples.assign(**fixed, **quantities)
+
+
+def test_what_not_every_mill_has_is_left_out_where_it_is_nought_and_the_rest_is_refused(monkeypatch):
+    monkeypatch.setattr(intervals.Emulator, "fit", lambda places, logs, error, seed: logs[0])
+    settings = UncertaintyConfig(samples=16)
+    samples, space = synthetic_samples(settings), space_of(EMAX, settings)
+    assert {*fit_emulators(samples, space, 0)} == {*CURVES}
+    assert {*fit_emulators(samples.assign(Pr=0.0), space, 0)} == {*CURVES} - {"Pr"}
+    with pytest.raises(ConfigError, match="samples: Pn = 0: must be above 0"):
+        fit_emulators(samples.assign(Pn=0.0), space, 0)
 
 
 @pytest.mark.slow
