@@ -94,6 +94,20 @@ class HalfPlane:
         longest = EVEN * np.median(self.steps(shape, own)) + 4 * drawing.tolerance
         return self.steps(shape, others) <= max(longest, 4 * math.sqrt(drawing.tolerance * shape.radius))
 
+    def is_nearer(self, drawing: Drawing, first: Swept, second: Swept, rows: np.ndarray) -> np.ndarray:
+        """Which rows that lie on both of two surfaces are steps like those of the first, and not of the second.
+
+        Any of two that are not both arcs, or if rounding may hide it.
+        """
+        if isinstance(first.shape, Line) or isinstance(second.shape, Line):
+            return np.ones(len(rows), dtype=bool)
+        off, other_off = (
+            np.abs(self.steps(each.shape, rows) - np.median(self.steps(each.shape, each.facets)))  # type: ignore[arg-type]
+            for each in (first, second)
+        )
+        is_hidden = self.steps(first.shape, rows) <= 4 * math.sqrt(drawing.tolerance * first.shape.radius)
+        return is_hidden | (off <= other_off + 4 * drawing.tolerance)
+
     def caps(self, drawing: Drawing, sphere: Circle, own: np.ndarray) -> np.ndarray:
         """The free rows that are flat discs about the poles of a sphere, as wide as a step of its own rows.
 
@@ -379,7 +393,8 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
 def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
     """Let facets that are side by side about the axis be of one surface, the larger one if all lie on it.
 
-    A far longer step than the others of its arc is of the other surface, however.
+    A far longer step than the others of its arc is of the other surface, however, and one that lies on two arcs is of
+    that whose steps are like it.
     Where two surfaces meet, rounding gives some facets of a ring to either, and a step that is drawn as one facet with
     the next one, or with the wall that follows, makes rings that begin surfaces of their own.
     """
@@ -399,7 +414,7 @@ def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
 
     for small, large in pairs():
         own = np.flatnonzero((owner == small) & is_on[large])
-        owner[own[is_even(large, own)]] = large
+        owner[own[is_even(large, own) & plane.is_nearer(drawing, found[large], found[small], own)]] = large
         own = np.flatnonzero((owner == large) & is_on[small])
         owner[own[~is_even(large, own) & is_even(small, own)]] = small
     for small, large in pairs():
