@@ -175,6 +175,13 @@ class Drawing:
         """The vertices (n, 3) of some facets, each once."""
         return self.vessel.vertices[np.unique(self.flat[self.corners.rows(np.asarray(facets))])]
 
+    def has_middle_outside(self, facet: int) -> bool:
+        """Whether the outline of a facet without holes does not wind around its middle."""
+        away = (self.vessel.vertices[self.vertices_of[facet]] - self.middles[facet]) @ self.vessel.axes[facet].T
+        angles = np.arctan2(away[:, 1], away[:, 0])
+        turns = (np.roll(angles, -1) - angles + math.pi) % (2 * math.pi) - math.pi
+        return bool(abs(turns.sum()) < math.pi)
+
     def around(self, seed: Iterable[int], count: int) -> list[int]:
         """Up to `count` free facets that are nearest to a seed by shallow edges."""
         found = dict.fromkeys(seed)
