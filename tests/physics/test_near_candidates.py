@@ -8,7 +8,7 @@ from millprint.dem.laws.registry import mark_of
 from millprint.dem.layout import COUNTER, LANE, LANES
 from millprint.dem.neighbours import SLACK_SHARE
 from millprint.dem.recording import make_table, silent_recorder
-from tests.physics.setups import CALIBRATED, FewBalls, crowd
+from tests.physics.setups import CALIBRATED, FewBalls, box, crowd
 from tests.physics.test_threads import lively
 
 STEPS = 800
@@ -116,6 +116,20 @@ def test_a_crowd_is_listed_and_pushed_as_by_hand():
     gaps = np.array([own[pair] for pair in zip(candidates.ball[:walls], candidates.partner[:walls], strict=True)])
     assert np.isin(np.flatnonzero(gaps < 2 * before_look), near).all() and gaps[near[near < walls]].max() < 0.2 * skin
     assert (wall_gap < before_look).sum() <= (near >= walls).sum() <= (wall_gap < 0.2 * skin).sum()
+
+
+def test_pairs_of_a_layer_are_listed_once():
+    """More balls than ALL_PAIRS, and so low a box that there is one layer of cells."""
+    place = np.stack(np.meshgrid(0.01 * np.arange(20), 0.01 * np.arange(10), [0.006], indexing="ij"), axis=-1)
+    world = FewBalls(place.reshape(-1, 3) - [0.095, 0.045, 0.0], vessel=box(0.2, 0.1, 0.012), skin=1e-4)
+    world.run(1e-5)
+    candidates, first = world.candidates, np.triu_indices(200, 1)
+    apart = np.linalg.norm(world.balls.position[first[0]] - world.balls.position[first[1]], axis=1)
+    near = np.transpose(first)[apart < 0.01 + 1e-4].tolist()
+    walls = int(candidates.first_wall[0, 0])
+    assert len(near) == 19 * 10 + 20 * 9
+    pairs = zip(candidates.ball[:walls].tolist(), candidates.partner[:walls].tolist(), strict=True)
+    assert sorted(map(list, pairs)) == near
 
 
 def test_a_ball_that_starts_at_the_origin_has_lists_from_the_first_step():

@@ -129,6 +129,21 @@ def test_known_collisions_have_a_known_answer():
     assert {column.name for column in COMPUTED} <= set(known)
 
 
+def test_of_two_seeds_a_weighted_energy_has_three_degrees_of_freedom_from_four_turns_each():
+    runs = [known_run() | {"seed": seed} for seed in range(2)]
+    runs[1]["weighted"] = runs[1]["weighted"] | {"normal": weighted("normal", 4.0, 8.8, 5, 0.1)}
+    row = tabulate_descriptors(runs, "gap_0_03").iloc[0]
+    between = np.var([8.0 / 8.4, 8.8 / 8.4], ddof=1)
+    assert row["En_star_se"] == pytest.approx(8.4 * np.sqrt((6 * 0.1**2 + between) / 7 / 2))
+
+
+def test_a_mill_at_rest_has_no_efficiency():
+    of_powers = {"normal_power_W": [1.0, 1.0], "tangential_power_W": [0.5, 0.5], "wall_power_W": [2.0, 2.0]}
+    (efficiency,) = (column for column in COMPUTED if column.name == "efficiency")
+    found = efficiency.values(pd.DataFrame({**of_powers, "speed_hz": [0.0, 1.0]}))
+    assert found.tolist() == pytest.approx([np.nan, 0.75], nan_ok=True)
+
+
 def test_powers_that_are_only_rounding_are_nothing():
     """Balls that only bounce straight up shear by 1e-15 of the power, whose energy and frequency would mean nothing."""
     run = known_run()
