@@ -184,8 +184,9 @@ def put(vessel: Vessel, points: np.ndarray, radius: float) -> Contacts:
 def bounds_of_count(hollow: Hollow, found: Feet, ball: int, reach: float) -> tuple[int, int]:
     """The fewest and the most contacts of a ball that has feet within reach [mm].
 
-    Feet on both sides of a shallow seam are one contact. Where further pieces lie between two feet, but no sharp seam,
-    and their directions are within about a quarter of a turn, they may be one or two.
+    Of feet on both sides of a shallow seam the nearer one is a contact; so are both ends of an arc that is farther than
+    the walls that it joins, as in a groove. Where further pieces lie between two feet, but no sharp seam, and their
+    directions are within about a quarter of a turn, they may be one or two.
     """
     pieces, place = len(hollow.pieces), found.place
     near = np.flatnonzero(found.distance[ball] < reach)
@@ -194,7 +195,7 @@ def bounds_of_count(hollow: Hollow, found: Feet, ball: int, reach: float) -> tup
     turns = {before: turn for before, _, turn in hollow.joints}
     # Beyond a tip on the axis.
     turns.setdefault(pieces - 1, -1.0)
-    fewest = most = len(along)
+    fewest, farther = len(along), set()
     pairs = [(a, b, place[b]) for a, b in pairwise(along)]
     if not hollow.is_turned and len(along) > 1:
         pairs.append((along[-1], along[0], place[along[0]] + pieces))
@@ -204,9 +205,9 @@ def bounds_of_count(hollow: Hollow, found: Feet, ball: int, reach: float) -> tup
         if max(between) < SHARP + UNSURE and (len(between) == 1 or alike > -0.1):
             fewest -= 1
         if max(between) < SHARP - UNSURE and len(between) == 1:
-            most -= 1
+            farther.add(max(first, second, key=lambda k: found.distance[ball, k]))
     least = int(len(along) > 0)
-    return max(fewest, least) + ends, max(most, least) + ends
+    return max(fewest, least) + ends, max(len(along) - len(farther), least) + ends
 
 
 def hidden_turn(case: Case, place: float) -> float:
