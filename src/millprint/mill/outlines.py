@@ -398,6 +398,10 @@ class Ragged:
         return [values[begin:end] for begin, end in zip(self.first.tolist(), ends, strict=True)]
 
 
+# Where vertices of a facet are farther off its plane than this, a file has rounded them [m].
+FLAT = 1e-9
+
+
 class Outlines:
     """The outlines of many facets as flat arrays.
 
@@ -453,6 +457,14 @@ class Outlines:
     def planes(self) -> tuple[np.ndarray, np.ndarray]:
         """Unit normals (f, 3) and offsets (f,) [m] of the facets."""
         normals = self.areas / lengths(self.areas)
+        away = self.points - self.middles[self.corners.owner]
+        off = np.maximum.reduceat(np.abs(np.vecdot(away, normals[self.corners.owner])), self.corners.first)
+        # By the area of a narrow facet, rounding makes its plane lean: then the nearest plane, by least squares.
+        for k in np.flatnonzero((off > FLAT) & (self.corners.counts > 3)).tolist():
+            own = away[self.corners.first[k] : self.corners.first[k] + self.corners.counts[k]]
+            nearest = np.linalg.svd(own, full_matrices=False)[2][-1]
+            if np.abs(own @ nearest).max() < off[k]:
+                normals[k] = nearest * np.sign(nearest @ normals[k])
         return normals, np.vecdot(self.middles, normals)
 
 
