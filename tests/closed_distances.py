@@ -136,7 +136,7 @@ def feet(hollow: Hollow, points: np.ndarray) -> Feet:
     return Feet(distance, direction @ hollow.rotation.T, inside, np.array(place))
 
 
-# Vectors of three numbers are tuples: numba takes a tenth of the time to compile what it does with them.
+# Vectors of three numbers are tuples: numba takes a seventh of the time to compile what it does with them.
 
 
 @numba.njit

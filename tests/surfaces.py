@@ -184,9 +184,9 @@ def put(vessel: Vessel, points: np.ndarray, radius: float) -> Contacts:
 def bounds_of_count(hollow: Hollow, found: Feet, ball: int, reach: float) -> tuple[int, int]:
     """The fewest and the most contacts of a ball that has feet within reach [mm].
 
-    Of feet on both sides of a shallow seam the nearer one is a contact; so are both ends of an arc that is farther than
-    the walls that it joins, as in a groove. Where further pieces lie between two feet, but no sharp seam, and their
-    directions are within about a quarter of a turn, they may be one or two.
+    Of feet on both sides of a shallow seam the nearer one is a contact. So a ball in a groove has two, where the arc at
+    its bottom is farther away than both of its sides. Where further pieces lie between two feet, but no sharp seam, and
+    their directions are within about a quarter of a turn, they may be one or two.
     """
     pieces, place = len(hollow.pieces), found.place
     near = np.flatnonzero(found.distance[ball] < reach)

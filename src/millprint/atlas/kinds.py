@@ -215,12 +215,12 @@ def _drum_recognised(mill: MillConfig) -> dict[str, float] | None:
 
 
 def slip(groups: Mapping[str, Any]) -> Any:
-    """The logarithm of what friction at the walls can hold over the weight of the bed, as torques, in halves: a bed of
-    less slides along the shell.
+    """Half the logarithm of the torque that friction at the walls can hold over that of the bed's weight.
 
-    mu_w (s + (s - 1) R / L) / (1 - d / 2R), from the pressure rho g h at a depth h: on the shell with
-    s = (1 + u) / (1 - u), of a bed over the share u of the section, and on both ends with s - 1, their arm being R;
-    within 13 % of the integrals. The balls' centres lie within R - d / 2.
+    A bed slides along the shell where it is small. The ratio is mu_w (s + (s - 1) R / L) / (1 - d / 2R), from the
+    pressure rho g h at a depth h: on the shell with s = (1 + u) / (1 - u), of a bed over the share u of the section,
+    and on both ends with s - 1, their arm being R; within 13 % of the integrals. Centres of
+    balls lie within R - d / 2.
     """
     import numpy as np
 

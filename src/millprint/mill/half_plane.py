@@ -56,8 +56,8 @@ class HalfPlane:
         # The middle of a flat ring is on the axis, where no wall is, and that of a part of one is outside of it too.
         has_hole = drawing.vessel.outlines.facets.counts[self.facets] > 1
         is_level = self.largest(self.flat[:, 1]) + self.largest(-self.flat[:, 1]) <= 4 * drawing.tolerance
-        is_nearer = (1 - SAG) * -self.largest(-self.flat[:, 0]) > self.middles[:, 0] + drawing.tolerance
-        for k in np.flatnonzero(is_level & is_nearer & ~self.is_ring & ~has_hole).tolist():
+        is_inner = (1 - SAG) * -self.largest(-self.flat[:, 0]) > self.middles[:, 0] + drawing.tolerance
+        for k in np.flatnonzero(is_level & is_inner & ~self.is_ring & ~has_hole).tolist():
             has_hole[k] = drawing.has_middle_outside(int(self.facets[k]))
         self.middles[has_hole] = means[has_hole]
         outwards = points - axis.origin - np.outer(self.middles[:, 1], axis.along)
@@ -103,13 +103,13 @@ class HalfPlane:
 
         Any of two that are not both arcs, or if rounding may hide it.
         """
-        if isinstance(first.shape, Line) or isinstance(second.shape, Line):
+        arc, other = first.shape, second.shape
+        if isinstance(arc, Line) or isinstance(other, Line):
             return np.ones(len(rows), dtype=bool)
-        off, other_off = (
-            np.abs(self.steps(each.shape, rows) - np.median(self.steps(each.shape, each.facets)))  # type: ignore[arg-type]
-            for each in (first, second)
-        )
-        is_hidden = self.steps(first.shape, rows) <= 4 * math.sqrt(drawing.tolerance * first.shape.radius)
+        steps = self.steps(arc, rows)
+        off = np.abs(steps - np.median(self.steps(arc, first.facets)))
+        other_off = np.abs(self.steps(other, rows) - np.median(self.steps(other, second.facets)))
+        is_hidden = steps <= 4 * math.sqrt(drawing.tolerance * arc.radius)
         return is_hidden | (off <= other_off + 4 * drawing.tolerance)
 
     def caps(self, drawing: Drawing, sphere: Circle, own: np.ndarray) -> np.ndarray:
@@ -397,8 +397,8 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
 def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
     """Let facets that are side by side about the axis be of one surface, the larger one if all lie on it.
 
-    A far longer step than the others of its arc is of the other surface, however, and one that lies on two arcs is of
-    that whose steps are like it.
+    A far longer step than the others of its arc is of the other surface, however, and a step that lies on two arcs is
+    of the one whose steps are like it.
     Where two surfaces meet, rounding gives some facets of a ring to either, and a step that is drawn as one facet with
     the next one, or with the wall that follows, makes rings that begin surfaces of their own.
     """

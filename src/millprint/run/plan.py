@@ -30,8 +30,8 @@ JOB_START_S, SIMULATION_START_S = 2.0, 0.5
 # For a job that declares nothing: near the mean time of the shorter jobs of the thesis and of a smoke run [s], and the
 # largest memory of both [MB].
 OTHER_S, OTHER_MB, OTHER_DISK_MB = 6.0, 750.0, 2.0
-# Jobs of the thesis, at its size, that take much longer, and the kernels' compilation: AMD EPYC of type Zen 3, November
-# 2026 [s].
+# Jobs of the thesis, at its size, that take much longer: AMD EPYC of type Zen 3; and the kernels' compilation: Intel
+# Xeon of type Rocket Lake, November 2026 [s].
 LONG_S = {
     "train_surrogate": 500.0,
     "roll_out_surrogate": 65.0,
