@@ -174,7 +174,7 @@ def test_a_drawn_surface_is_touched_as_its_closed_form_says(seed):
 @pytest.mark.parametrize(
     "seed", [91012, 400029, 600041, 600121, 600162, 600207, 601190, 602324, 602374, 602459, 602573, 610011, 610273,
              610611, 610696, 610929, 620098, 620122, 640147, 640164, 660190, 660420, 660596, 660927, 720046, 800135,
-             800198, 810436, 810543, 1001165, 1020437, 3000229],
+             800198, 810436, 810543, 1001165, 1002558, 1020437, 3000229],
 )  # fmt: skip
 def test_a_finely_drawn_surface_of_few_decimals_is_touched_as_its_closed_form_says(seed):
     """Rounding hides the first steps of its roundings, axes of a few facets are off, balls come near the axis.
@@ -182,7 +182,7 @@ def test_a_finely_drawn_surface_of_few_decimals_is_touched_as_its_closed_form_sa
     A cone ends on the sphere where it begins; one has an arc of 7.7 m over 5 mm; one file draws a line between two
     roundings as well as their meeting, and one a cone that goes on to the end of an arc's first step. Facets of two
     steps have sides across a rim, both of whose ends are put on it. The last step of an arc lies on the next one too.
-    The lowest ring of a rounding is one facet but for two steps.
+    The lowest ring of a rounding is one facet but for two steps, or a flat ring, as narrow as a step, below a lid.
     """
     assert check(seed, shots=5) == []
 

@@ -10,6 +10,7 @@ import trimesh
 from millprint.config.included import load_mill
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import SignedDistance
+from millprint.mill.exact_walls import _without_collapsed
 from millprint.mill.outlines import Outlines, enclosed_volume
 from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.wall_arrays import build_walls, fill_cells
@@ -35,6 +36,32 @@ def test_the_plane_of_a_narrow_facet_does_not_lean_by_the_rounding_of_its_outlin
     outline = np.column_stack([radii * np.cos(angles), radii * np.sin(angles), heights])
     (normal,), (offset,) = Outlines.of([[outline]]).planes()
     assert normal[2] > 0 and np.abs(outline @ normal - offset).max() < 1e-5
+
+
+def test_facets_that_cross_a_border_by_a_diagonal_end_at_it():
+    """A dome of a flat cone and one step below it, which one facet of the cone crosses with a triangle of the next."""
+    count, angles = 8, np.arange(8) * math.pi / 4
+    around = np.column_stack([np.cos(angles), np.sin(angles)])
+    rings = [np.column_stack([r * around, np.full(count, z)]) for r, z in [(0.9, 1.1), (1.0, 1.0), (1.0, 0.0)]]
+    points = np.vstack([[[0, 0, 1.2]], *rings]) * 0.01
+    tip, a, b, c = 0, 1 + np.arange(count), 9 + np.arange(count), 17 + np.arange(count)
+    ahead = (np.arange(count) + 1) % count
+    loops = [[tip, a[2], b[2], b[1], b[0], a[1]], [b[0], a[0], a[1]], c.tolist()]
+    loops += [[tip, a[ahead[k]], a[k]] for k in range(count) if k != 1]
+    loops += [[a[k], a[ahead[k]], b[ahead[k]], b[k]] for k in range(count) if k > 1]
+    loops += [[b[k], b[ahead[k]], c[ahead[k]], c[k]] for k in range(count)]
+    vessel = Vessel(Outlines.of([[points[loop]] for loop in loops]))
+    # What is left of the step is put on the border, by rounding not in the same places.
+    moved, rng = vessel.vertices.copy(), np.random.default_rng(0)
+    for k in range(3):
+        at = np.linalg.norm(vessel.vertices - points[b[k]], axis=1).argmin()
+        moved[at] = points[a[k]] + rng.uniform(-4e-7, 4e-7, 3)
+    facets, kept = _without_collapsed(vessel, moved, 2e-6)
+    exact = Vessel(facets)
+    assert len(kept) == len(loops) - 1 and len(exact.vertices) == len(vessel.vertices) - 3
+    # Facets that are bent by now are cut into triangles from another vertex.
+    points[b[:3]] = points[a[:3]]
+    assert exact.volume_m3 == pytest.approx(enclosed_volume([[points[loop]] for loop in loops]), rel=1e-2)
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from millprint.config.errors import ConfigError
 from millprint.mill.borders import borders_of, must_be_trimmed, rough_facets
@@ -233,14 +234,19 @@ def _trimmed(curve: Curve, points: np.ndarray) -> Curve:
     return replace(curve, **changes)
 
 
-def _short_sides(vessel: Vessel, moved: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which sides (n,) of the outlines through moved vertices (v, 3) are none.
+def _are_one(vessel: Vessel, moved: np.ndarray, pairs: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which pairs (2, n) of vertices are in one place once they are moved (v, 3).
 
-    Of a side across a border whose ends were both put on it, rounding is left, which may point back along the border.
+    Of two that were both put on a border from across it, rounding is left between them, which may point back along it.
     """
-    begin, ahead = vessel.corners, vessel.outlines.loops.ahead
-    drawn, now = (lengths(points[begin[ahead]] - points[begin])[:, 0] for points in (vessel.vertices, moved))
+    drawn, now = (lengths(points[pairs[1]] - points[pairs[0]])[:, 0] for points in (vessel.vertices, moved))
     return (now < WELD * vessel.size) | ((now < tolerance) & (drawn > 4 * tolerance))
+
+
+def _short_sides(vessel: Vessel, moved: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which sides (n,) of the outlines through moved vertices (v, 3) are none."""
+    sides = np.array([vessel.corners, vessel.corners[vessel.outlines.loops.ahead]])
+    return _are_one(vessel, moved, sides, tolerance)
 
 
 def _without_collapsed(vessel: Vessel, moved: np.ndarray, tolerance: float) -> tuple[Outlines, np.ndarray]:
@@ -250,12 +256,15 @@ def _without_collapsed(vessel: Vessel, moved: np.ndarray, tolerance: float) -> t
     meet there once those that are in one place by now are one.
     """
     begin, is_short = vessel.corners, _short_sides(vessel, moved, tolerance)
-    end = begin[vessel.outlines.loops.ahead]
     if not is_short.any():
         kept = np.arange(len(vessel.normals))
         return Outlines(moved[begin], vessel.outlines.loops, vessel.outlines.facets), kept
-    pairs = coo_array((np.ones(is_short.sum()), (begin[is_short], end[is_short])), (len(moved),) * 2)
-    _, number = connected_components(pairs, directed=False)
+    # Two may come to one place without a side between them, where a diagonal of the drawing crossed the border.
+    near = cKDTree(moved).query_pairs(tolerance, output_type="ndarray").T
+    sides = np.array([begin, begin[vessel.outlines.loops.ahead]])[:, is_short]
+    pairs = np.hstack([sides, near[:, _are_one(vessel, moved, near, tolerance)]])
+    graph = coo_array((np.ones(len(pairs.T)), pairs), (len(moved),) * 2)
+    _, number = connected_components(graph, directed=False)
     _, first = np.unique(number, return_index=True)
     outlines = vessel.outlines.lists(number[begin])
     loops = [[way for loop in facet if (way := _around(loop.tolist()))] for facet in outlines]

@@ -50,11 +50,12 @@ class HalfPlane:
         self.flat, self.middles = axis.meridian(drawing.vessel.vertices[self.vertices]), axis.meridian(points)
         self.near = LOOSE * drawing.tolerance
         means = np.add.reduceat(self.flat[self.corners], self.of_facet.first) / self.of_facet.counts[:, None]
+        # The middle of a flat ring is on the axis, where no wall is, and that of a part of one is outside of it too.
+        has_hole = drawing.vessel.outlines.facets.counts[self.facets] > 1
+        self.middles[has_hole] = means[has_hole]
         # A narrow facet of a band has its vertices nearly in one place too, and its middle there.
         self.is_ring = np.maximum(*(self.largest(each) + self.largest(-each) for each in self.flat.T)) < self.near
         self.is_ring &= (1 - SAG) * means[:, 0] > self.middles[:, 0] + drawing.tolerance
-        # The middle of a flat ring is on the axis, where no wall is, and that of a part of one is outside of it too.
-        has_hole = drawing.vessel.outlines.facets.counts[self.facets] > 1
         is_level = self.largest(self.flat[:, 1]) + self.largest(-self.flat[:, 1]) <= 4 * drawing.tolerance
         is_inner = (1 - SAG) * -self.largest(-self.flat[:, 0]) > self.middles[:, 0] + drawing.tolerance
         for k in np.flatnonzero(is_level & is_inner & ~self.is_ring & ~has_hole).tolist():
