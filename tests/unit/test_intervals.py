@@ -310,6 +310,8 @@ def test_every_jar_says_what_its_own_simulations_give(tmp_path):
     # The third jar is one that is not simulated.
     first, second = table.loc[table["id"] == "3.curve.0.10.Pn", "value"]
     assert second == pytest.approx(2 * first)
+    # Of a claim that reads another file too, what jars change is drawn all the same.
+    assert "4.own.equal_power.gain" in set(table["id"])
     ratio = table[table["id"] == "3.curve.0.10.ratio"]
     assert ratio["value"].nunique() == 1 and ratio["jar"].tolist() == [1, 2]
     # A file has texts, and the table of claims the least, the most, and how many meet it.
