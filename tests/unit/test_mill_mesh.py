@@ -15,7 +15,7 @@ from millprint.config.sweep import Case
 from millprint.dem.case_checks import check_ball_size, check_room, checked_bodies
 from millprint.mill.bodies import check_volume
 from millprint.mill.mesh import read_surface, self_intersection
-from millprint.mill.mesh_file import read_triangles
+from millprint.mill.mesh_file import read_triangles, weld, without_slivers
 from millprint.mill.outlines import FlatFacets, facets_of, without_overlap
 from millprint.mill.vessel import Vessel, build_vessel, drawn_shape
 from millprint.mill.wall_features import features_of
@@ -314,6 +314,18 @@ def with_point(mesh: trimesh.Trimesh, face: int, point: np.ndarray) -> trimesh.T
     new, (a, b, c) = len(mesh.vertices), mesh.faces[face]
     faces = np.vstack([np.delete(mesh.faces, face, axis=0), [[a, new, c], [new, b, c], [a, b, new]]])
     return trimesh.Trimesh(np.vstack([mesh.vertices, point]), faces, process=False)
+
+
+def test_a_needle_as_wide_as_the_tolerance_loses_its_short_side():
+    """Sides of 0.02 mm of a file of two decimals are that long but for the last bit."""
+    sphere, tolerance = trimesh.creation.icosphere(subdivisions=1, radius=0.02), 2e-5
+    for face in range(0, len(sphere.faces), 9):
+        start, end, _ = sphere.triangles[face]
+        beside = start + tolerance * (1 + 1e-12) * (end - start) / np.linalg.norm(end - start)
+        split = with_point(sphere, face, beside)
+        points, triangles = without_slivers(*weld(split.vertices, split.faces, 1e-9), tolerance)
+        assert len(triangles) == len(sphere.faces)
+        assert np.linalg.norm(points[:, None] - sphere.vertices, axis=2).min(axis=1).max() < 1.1 * tolerance
 
 
 @pytest.mark.parametrize("share", [0.5, 0.3, 1e-4, 1e-9])
