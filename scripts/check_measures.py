@@ -23,7 +23,7 @@ from millprint.thesis.surrogate.rollout import (
     simulated_rollout,
     slowed,
 )
-from millprint.thesis.surrogate.rollout_evaluation import REFERENCES, evaluate, of_test
+from millprint.thesis.surrogate.rollout_evaluation import REFERENCES, evaluate, of_test, references_of
 
 # Of the time of the training, in which the mill starts: not a part of its motion.
 START_SHARE = 0.1
@@ -45,16 +45,17 @@ def known_rollouts(
     scene = read_scene(inputs["dem"])
     roles = [role for role in (*REFERENCES, "long_step") if role in inputs]
     runs = {role: read_trajectory(inputs[role], start_s, start_s + length_s) for role in roles}
-    known = {role: simulated_rollout(run, scene, start_s, length_s, interval_s) for role, run in runs.items()}
+    known = {role: simulated_rollout(run, start_s, length_s, interval_s) for role, run in runs.items()}
     faster = rms_wall_speed(scene) / rms_wall_speed(trained[1])
     known["no_network"] = riding(known["dem"], scene, power_W)
     known["scaled_power"] = riding(known["dem"], scene, faster**2 * power_W)
     known["scaled_motion"] = scaled_motion(known["dem"], scene, *trained)
     known |= {"blurred": blurred(known["dem"]), "slowed": slowed(known["dem"], scene)}
     against = {role: runs[role] for role in roles if role in REFERENCES}
+    references = references_of(against, scene, known["dem"].time_s, known["dem"].start_s)
     tables = []
     for name, rollout in known.items():
-        found = evaluate(rollout, against, scene)
+        found = evaluate(rollout, references, scene)
         tables.append(tabulate(found.values, found.references, test, name, length_s=rollout.length_s))
     return join_tables(tables)
 
@@ -73,7 +74,7 @@ def main(given, made, own, log) -> None:
     log.info("mean power of the training: %.4g W", power_W)
     scene, from_s = read_scene(given.trained[0]), START_SHARE * own.train_until_s
     run = read_trajectory(given.trained[0], from_s, own.train_until_s)
-    trained = simulated_rollout(run, scene, from_s, own.train_until_s - from_s, own.interval_s), scene
+    trained = simulated_rollout(run, from_s, own.train_until_s - from_s, own.interval_s), scene
     tables = [
         known_rollouts(of_test(test, given), test, start_s, own.lengths_s[test], own.interval_s, power_W, trained)
         for test, start_s in own.starts_s.items()

@@ -25,6 +25,7 @@ from millprint.thesis.surrogate.rollout_evaluation import (
     evaluate,
     evaluate_at_rest,
     of_test,
+    references_of,
 )
 
 # Single steps that are averaged.
@@ -42,7 +43,10 @@ def main(rolled_out: str, inputs: dict[str, str], claims: str, variant: str, tes
         for role in ROLES
         if role in inputs
     }
-    found = evaluate_at_rest(rollout, runs, scene) if "driven" in runs else evaluate(rollout, runs, scene)
+    if "driven" in runs:
+        found = evaluate_at_rest(rollout, runs, scene)
+    else:
+        found = evaluate(rollout, references_of(runs, scene, rollout.time_s, rollout.start_s), scene)
     printed = printed_measures(read_printed(claims))
     return {
         "metrics": tabulate(found.values, found.references, test, variant, printed, rollout.length_s),

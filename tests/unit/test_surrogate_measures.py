@@ -31,7 +31,7 @@ from millprint.thesis.surrogate.rollout import (
     simulated_rollout,
     slowed,
 )
-from millprint.thesis.surrogate.rollout_evaluation import evaluate, evaluate_at_rest
+from millprint.thesis.surrogate.rollout_evaluation import evaluate, evaluate_at_rest, references_of
 from tests.conftest import PRINTED
 from tests.unit.surrogate_samples import (
     AMPLITUDE,
@@ -55,12 +55,12 @@ RUNS = {"dem": TRUTH, "other_seed": SEED}
 
 
 def table_of(rollout: RollOut, runs: dict[str, Trajectory] | None = None):
-    found = evaluate(rollout, runs or RUNS, SCENE)
+    found = evaluate(rollout, references_of(runs or RUNS, SCENE, rollout.time_s, rollout.start_s), SCENE)
     return tabulate(found.values, found.references, "trained", "thesis").set_index("measure")
 
 
 def known(run: Trajectory = TRUTH) -> RollOut:
-    return simulated_rollout(run, SCENE, START, LENGTH, FRAME)
+    return simulated_rollout(run, START, LENGTH, FRAME)
 
 
 def test_position_error_sums_axes():
@@ -175,7 +175,7 @@ def test_the_known_motion_again_is_itself_after_whole_turns_and_scaled_on_a_fast
     """A mill of 300 rpm turns in 0.2 s: the known 0.2 s follow each other in step."""
     turn = SCENE.turn_s
     assert rms_wall_speed(SCENE) == pytest.approx(AMPLITUDE * OMEGA, rel=1e-4)
-    part = simulated_rollout(TRUTH, SCENE, 0.0, turn, FRAME)
+    part = simulated_rollout(TRUTH, 0.0, turn, FRAME)
     frames, longer = round(turn / FRAME), round((turn + 0.1) / FRAME) + 1
     empty = np.zeros((longer, *part.position_m.shape[1:]))
     asked = replace(

@@ -291,11 +291,11 @@ class RollOut:
             return cls(**arrays, mean_edges=edges)
 
 
-def simulated(run: Trajectory, scene: Scene, time_s: np.ndarray, start_s: np.ndarray) -> RollOut:
-    """A simulation as a roll-out: at `time_s` (frames,) after each of `start_s` (batch,), with walls and energies as
-    recorded.
+def simulated(run: Trajectory, scene: Scene | None, time_s: np.ndarray, start_s: np.ndarray) -> RollOut:
+    """A simulation as a roll-out: at `time_s` (frames,) after each of `start_s` (batch,), with energies as recorded.
 
-    Raises ConfigError where its snapshots are not at those times.
+    With a scene, it has wall distances, of the walls as recorded. Raises ConfigError where its snapshots are not at
+    those times.
     """
     moments_s = start_s + time_s[:, None]
     first = np.array([run.index(float(moment)) for moment in start_s])
@@ -309,7 +309,7 @@ def simulated(run: Trajectory, scene: Scene, time_s: np.ndarray, start_s: np.nda
             "snapshot_interval_s must divide surrogate.rollout.frame_interval_s, and starts_s be among its times"
         )
     total = np.cumsum(run.dissipated_J, dtype=float)
-    return RollOut(
+    recorded = RollOut(
         time_s=time_s,
         position_m=run.position_m[rows].astype(float),
         velocity_m_s=run.velocity_m_s[rows].astype(float),
@@ -317,21 +317,21 @@ def simulated(run: Trajectory, scene: Scene, time_s: np.ndarray, start_s: np.nda
         crossed_s=np.full((len(start_s), run.balls), np.inf),
         start_s=start_s,
         recorded_J=total[rows] - total[first],
-    ).in_scene(scene, run.wall_position_m[rows].astype(float))
+    )
+    return recorded.in_scene(scene, run.wall_position_m[rows].astype(float)) if scene else recorded
 
 
 SLOWED_RATE = 0.9
 
 
-def simulated_rollout(run: Trajectory, scene: Scene, start_s: float, length_s: float, interval_s: float) -> RollOut:
+def simulated_rollout(run: Trajectory, start_s: float, length_s: float, interval_s: float) -> RollOut:
     """A simulation in the place of a surrogate: frames every `interval_s` [s], without what a surrogate cannot record.
 
     Raises ConfigError outside the recorded time.
     """
     every = max(1, round(interval_s / run.interval_s))
     time_s = run.time_s[run.index(start_s) : run.index(start_s + length_s) + 1 : every]
-    recorded = simulated(run, scene, time_s - time_s[0], np.array([start_s]))
-    return replace(recorded, recorded_J=None, wall_distance_m=None)
+    return replace(simulated(run, None, time_s - time_s[0], np.array([start_s])), recorded_J=None)
 
 
 def blurred(rollout: RollOut) -> RollOut:

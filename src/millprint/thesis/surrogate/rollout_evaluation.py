@@ -140,20 +140,38 @@ def statistics(rollout: RollOut, truth: RollOut, radius_m: float) -> Values:
     }
 
 
-def evaluate(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene) -> Evaluation:
-    """Measures of a roll-out in a jar that moves.
+@dataclass(frozen=True)
+class References:
+    """The simulations that roll-outs of one test are compared with, and what they score among themselves.
 
-    runs: `dem` (the truth), `other_seed`, and where there are any `twin` and, of a modified geometry, `original`, whose
-    walls are another's and of which only the dissipation is taken.
+    rollouts: `dem` (the truth), `other_seed`, and where there are any `twin` and, of a modified geometry, `original`;
+    saturation_m2: position error of two unrelated simulations; values: what a second simulation scores.
     """
-    rollouts = {name: simulated(run, scene, rollout.time_s, rollout.start_s) for name, run in runs.items()}
-    rollouts["surrogate"] = rollout.in_scene(scene)
-    truth, radius_m = rollouts["dem"], scene.ball_radius_m
-    other = measures.position_error(rollouts["other_seed"].position_m, truth.position_m)
+
+    rollouts: dict[str, RollOut]
+    saturation_m2: float
+    values: Values
+
+
+def references_of(runs: dict[str, Trajectory], scene: Scene, time_s: np.ndarray, start_s: np.ndarray) -> References:
+    """The references of roll-outs with frames at `time_s` (frames,) after each of `start_s` (batch,).
+
+    runs: by role; the walls of `original` are another's, and only its dissipation is taken. Raises ConfigError as
+    `simulated`.
+    """
+    rollouts = {name: simulated(run, scene, time_s, start_s) for name, run in runs.items()}
+    other = measures.position_error(rollouts["other_seed"].position_m, rollouts["dem"].position_m)
     saturation_m2 = measures.plateau(other)
+    return References(rollouts, saturation_m2, _second_simulation(rollouts, saturation_m2, scene.ball_radius_m))
+
+
+def evaluate(rollout: RollOut, references: References, scene: Scene) -> Evaluation:
+    """Measures of a roll-out in a jar that moves; the references have its frames."""
+    rollouts = references.rollouts | {"surrogate": rollout.in_scene(scene)}
+    truth = rollouts["dem"]
     # A twin shares only the start of the first trajectory.
     first = rollout.first_trajectory(), truth.first_trajectory()
-    values = growth(*first, saturation_m2) | statistics(rollouts["surrogate"], truth, radius_m)
+    values = growth(*first, references.saturation_m2) | statistics(rollouts["surrogate"], truth, scene.ball_radius_m)
     values["balls_left"] = _balls_left(rollout)
     if values["balls_left"]:
         values["first_left_s"] = float(rollout.crossed_s.min())
@@ -164,7 +182,7 @@ def evaluate(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene) -> Eva
     if "original" in rollouts:
         cumulative = rollout.cumulative_J, rollouts["original"].cumulative_J
         values["dissipation_error_original_percent"] = measures.relative_error_percent(*cumulative)
-    return Evaluation(values, _references(rollouts, saturation_m2, radius_m), rollouts)
+    return Evaluation(values, references.values, rollouts)
 
 
 def evaluate_at_rest(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene) -> Evaluation:
@@ -195,7 +213,7 @@ def rest_measures(rollout: RollOut, driven_W: float) -> Values:
     }
 
 
-def _references(rollouts: dict[str, RollOut], saturation_m2: float, radius_m: float) -> Values:
+def _second_simulation(rollouts: dict[str, RollOut], saturation_m2: float, radius_m: float) -> Values:
     """What a second simulation scores: the twin in growth, another seed in statistics.
 
     The other seed is compared with both runs that it shares nothing with, as one pair of seeds may happen to be close.
