@@ -5,6 +5,8 @@ Inputs: the simulations of each test, and `trained` (run.h5).
 Outputs: `controls`.
 """
 
+from dataclasses import replace
+
 import pandas as pd
 
 from millprint.run.files import write_table
@@ -20,6 +22,7 @@ from millprint.thesis.surrogate.rollout import (
     riding,
     rms_wall_speed,
     scaled_motion,
+    simulated,
     simulated_rollout,
     slowed,
 )
@@ -45,14 +48,17 @@ def known_rollouts(
     scene = read_scene(inputs["dem"])
     roles = [role for role in (*REFERENCES, "long_step") if role in inputs]
     runs = {role: read_trajectory(inputs[role], start_s, start_s + length_s) for role in roles}
-    known = {role: simulated_rollout(run, start_s, length_s, interval_s) for role, run in runs.items()}
+    dem = simulated_rollout(runs["dem"], start_s, length_s, interval_s)
+    # All with its frames; a run without snapshots there is refused.
+    frames = dem.time_s, dem.start_s
+    known = {role: replace(simulated(run, None, *frames), recorded_J=None) for role, run in runs.items()}
     faster = rms_wall_speed(scene) / rms_wall_speed(trained[1])
-    known["no_network"] = riding(known["dem"], scene, power_W)
-    known["scaled_power"] = riding(known["dem"], scene, faster**2 * power_W)
-    known["scaled_motion"] = scaled_motion(known["dem"], scene, *trained)
-    known |= {"blurred": blurred(known["dem"]), "slowed": slowed(known["dem"], scene)}
+    known["no_network"] = riding(dem, scene, power_W)
+    known["scaled_power"] = riding(dem, scene, faster**2 * power_W)
+    known["scaled_motion"] = scaled_motion(dem, scene, *trained)
+    known |= {"blurred": blurred(dem), "slowed": slowed(dem, scene)}
     against = {role: runs[role] for role in roles if role in REFERENCES}
-    references = references_of(against, scene, known["dem"].time_s, known["dem"].start_s)
+    references = references_of(against, scene, *frames)
     tables = []
     for name, rollout in known.items():
         found = evaluate(rollout, references, scene)

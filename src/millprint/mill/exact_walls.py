@@ -243,10 +243,9 @@ def _are_one(vessel: Vessel, moved: np.ndarray, pairs: np.ndarray, tolerance: fl
     return (now < WELD * vessel.size) | ((now < tolerance) & (drawn > 4 * tolerance))
 
 
-def _short_sides(vessel: Vessel, moved: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which sides (n,) of the outlines through moved vertices (v, 3) are none."""
-    sides = np.array([vessel.corners, vessel.corners[vessel.outlines.loops.ahead]])
-    return _are_one(vessel, moved, sides, tolerance)
+def _sides(vessel: Vessel) -> np.ndarray:
+    """The vertices (2, n) at which each side of the outlines begins and ends."""
+    return np.array([vessel.corners, vessel.corners[vessel.outlines.loops.ahead]])
 
 
 def _without_collapsed(vessel: Vessel, moved: np.ndarray, tolerance: float) -> tuple[Outlines, np.ndarray]:
@@ -255,14 +254,14 @@ def _without_collapsed(vessel: Vessel, moved: np.ndarray, tolerance: float) -> t
     The vertices of a facet that is hardly wider than the file's rounding may all be put on one border. Its neighbours
     meet there once those that are in one place by now are one.
     """
-    begin, is_short = vessel.corners, _short_sides(vessel, moved, tolerance)
+    begin, sides = vessel.corners, _sides(vessel)
+    is_short = _are_one(vessel, moved, sides, tolerance)
     if not is_short.any():
         kept = np.arange(len(vessel.normals))
         return Outlines(moved[begin], vessel.outlines.loops, vessel.outlines.facets), kept
     # Two may come to one place without a side between them, where a diagonal of the drawing crossed the border.
     near = cKDTree(moved).query_pairs(tolerance, output_type="ndarray").T
-    sides = np.array([begin, begin[vessel.outlines.loops.ahead]])[:, is_short]
-    pairs = np.hstack([sides, near[:, _are_one(vessel, moved, near, tolerance)]])
+    pairs = np.hstack([sides[:, is_short], near[:, _are_one(vessel, moved, near, tolerance)]])
     graph = coo_array((np.ones(len(pairs.T)), pairs), (len(moved),) * 2)
     _, number = connected_components(graph, directed=False)
     _, first = np.unique(number, return_index=True)
@@ -355,7 +354,7 @@ def whole_patches(
             )
         except ConfigError:
             # The drawing is closed; as narrow as the file's rounding, its facets may fold where they are put on a wall.
-            folded = vessel.outlines.corners.owner[_short_sides(vessel, moved, tolerance)]
+            folded = vessel.outlines.corners.owner[_are_one(vessel, moved, _sides(vessel), tolerance)]
             spoilt = np.isin(drawn_patch, drawn_patch[folded]) & (on_curve >= 0)
             if not spoilt.any():
                 raise
