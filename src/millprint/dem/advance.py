@@ -53,6 +53,7 @@ from millprint.dem.recording import begin_record, count_occupancy, is_due, recor
 from millprint.mill.motion import POSE, write_poses
 from millprint.mill.vectors import cross, dot, row, scale, subtract, vector
 from millprint.mill.walls import body_of, wall_velocity
+from millprint.run.cache_lines import CACHE_LINE_BYTES
 from millprint.run.kernel import inlined, inner, kernel, merged, threaded
 from millprint.run.machine import WAIT_POLICY
 
@@ -269,7 +270,7 @@ class Shares(NamedTuple):
 
     found: np.ndarray  # (threads, candidates + 1) pairs that have come within reach in the present step
     waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
-    counts: np.ndarray  # (threads, state.CACHE_LINE) layout.ShareColumns; each thread's on a cache line of its own
+    counts: np.ndarray  # (threads, numbers of a cache line) layout.ShareColumns; no two threads write to one line
     present: np.ndarray  # (threads, 1, width * LANES) layout.PresentColumns
     force: np.ndarray  # (threads - 1, n, 3) as Balls.force, of the present step; the first has the balls' own
     torque: np.ndarray  # (threads - 1, n, 3)
@@ -283,7 +284,7 @@ def make_shares(
     return Shares(
         found=np.zeros((threads, candidates.found.size), dtype=np.uint32),
         waiting=np.zeros((threads, len(contacts.lanes)), dtype=np.int64),
-        counts=np.zeros((threads, state.CACHE_LINE), dtype=np.int64),
+        counts=np.zeros((threads, CACHE_LINE_BYTES // 8), dtype=np.int64),
         present=state.make_present(threads)[:, np.newaxis],
         force=np.zeros((threads - 1, balls, 3)),
         torque=np.zeros((threads - 1, balls, 3)),

@@ -10,9 +10,9 @@ from millprint.dem.law import IDLE, IDLE_PRESENT, SpeedTables, at_reference, law
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, STATUS
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.motion import Motion, Motions, stack_motions
+from millprint.run.cache_lines import aligned
 
-# Numbers in a cache line of the processor, and the most rows of an array that begins with one.
-CACHE_LINE = 8
+# The most rows of an array that begins with a cache line.
 LINED_ROWS = 10_000
 
 
@@ -98,18 +98,12 @@ class Clock(NamedTuple):
 
 
 def on_cache_lines(values: np.ndarray) -> np.ndarray:
-    """A copy that begins with a cache line: no vector of eight numbers then lies on two lines, which takes longer.
+    """A copy that begins with a cache line (millprint.run.cache_lines), of LINED_ROWS at most.
 
-    An array of more than LINED_ROWS stays where it comes to lie: with 20,000 balls, whose numbers are far from the
-    processor, steps were slower with all arrays at the start of a line.
+    A longer array stays where it comes to lie: with 20,000 balls, whose numbers are far from the processor, steps were
+    slower with all arrays at the start of a line.
     """
-    if len(values) > LINED_ROWS:
-        return values.copy()
-    numbers = np.empty(values.size + CACHE_LINE)
-    start = -numbers.ctypes.data // numbers.itemsize % CACHE_LINE
-    copy = numbers[start : start + values.size].reshape(values.shape)
-    copy[:] = values
-    return copy
+    return values.copy() if len(values) > LINED_ROWS else aligned(values)
 
 
 def make_balls(position: np.ndarray, species: np.ndarray, radii: np.ndarray, density: float) -> Balls:

@@ -18,6 +18,7 @@ import torch
 
 from millprint.config.surrogate import EdgeConfig
 from millprint.mill.distance import SignedDistance
+from millprint.run.cache_lines import aligned
 from millprint.thesis.surrogate.dataset import ball_reach
 from millprint.thesis.surrogate.graph_surrogate import GraphSurrogate, State, Sums, no_sums
 from millprint.thesis.surrogate.kernels import PANEL, Batch, Rules, make_scratch, roll
@@ -160,7 +161,7 @@ def packed(name: str, value: Any) -> Any:
     if name.endswith("bias"):
         return filled
     panels = filled.reshape(*filled.shape[:-1], filled.shape[-1] // PANEL, PANEL)
-    return np.ascontiguousarray(panels.swapaxes(-3, -2))
+    return aligned(panels.swapaxes(-3, -2))
 
 
 def _table(model: NormalisedNetwork, name: str) -> np.ndarray:

@@ -21,6 +21,7 @@ from numba.extending import intrinsic
 
 from millprint.mill.distance import distance_at
 from millprint.mill.vectors import add_scaled, dot, subtract
+from millprint.run.cache_lines import aligned
 from millprint.run.kernel import inlined, inner, kernel
 
 LANES = 16
@@ -231,7 +232,7 @@ def make_scratch(graphs: int, balls: int, inputs: int, width: int) -> Scratch:
     nodes, edges = graphs * (balls + 1), graphs * balls * (balls + 1)
 
     def rows(count: int, columns: int) -> np.ndarray:
-        return np.zeros((count, columns), dtype=np.float32)
+        return aligned(np.zeros((count, columns), dtype=np.float32))
 
     return Scratch(
         place=rows(graphs * balls, 3),
