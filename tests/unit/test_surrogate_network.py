@@ -13,6 +13,7 @@ from millprint.config.errors import TrainingError
 from millprint.config.load import check_model
 from millprint.config.surrogate import NetworkConfig
 from millprint.config.workflow import WorkflowConfig
+from millprint.thesis.surrogate import network
 from millprint.thesis.surrogate.dataset import (
     DISTANCE,
     GRADIENT,
@@ -265,8 +266,29 @@ def test_every_snapshot_is_drawn_once():
     assert sum(len(batch) for _, batch in draw_epoch(rows, 20, 8, seed=5)) == 20
 
 
+@pytest.fixture
+def products():
+    """The choice of products as in a job, which a test leaves as it was."""
+    network.choose_products()
+    yield
+    torch.set_float32_matmul_precision("highest")
+
+
+def test_products_are_single_precision_on_any_processor(products, monkeypatch):
+    assert network.has_single_products()
+    for processor, single, chosen in (
+        ("znver5", True, "medium"),
+        ("znver9", False, "highest"),  # one that would round the factors
+        ("icelake-client", True, "highest"),
+    ):
+        monkeypatch.setattr(network.binding, "get_host_cpu_name", lambda name=processor: name)
+        monkeypatch.setattr(network, "has_single_products", lambda single=single: single)
+        network.choose_products()
+        assert torch.get_float32_matmul_precision() == chosen, processor
+
+
 @pytest.mark.slow
-def test_resumed_training_is_the_uninterrupted_one(tmp_path):
+def test_resumed_training_is_the_uninterrupted_one(tmp_path, products):
     whole = trained(velocity_noise=0.1)
     part = trained(steps=11, velocity_noise=0.1)
     part.save(tmp_path / "checkpoint.pt")
