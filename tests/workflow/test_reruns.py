@@ -5,6 +5,7 @@ import os
 import pytest
 import yaml
 
+from millprint.run import kernel
 from tests.unit.test_recipes import RECIPES
 from tests.workflow.conftest import LINED_RUN, jobs_of, run_snakemake
 
@@ -81,8 +82,7 @@ def test_a_tolerance_that_the_runs_do_not_keep_simulates_again(plan):
 
 def test_another_law_simulates_everything_again(lined_project, plan, monkeypatch):
     # The check before a run needs kernels of the mills only, which are those of the law before: nothing is compiled.
-    (folder,) = (lined_project / ".numba_cache").iterdir()
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(lined_project / ".numba_cache" / kernel.cache_folder().name))
     jobs = plan({"src/millprint/dem/law.py": replaced("STOP_SHARE = 1 / 24", "STOP_SHARE = 1 / 25")})
     # Six of its sweep, and one that its fingerprint does not see.
     assert jobs["run_dem_case"] == 19
