@@ -36,9 +36,9 @@ from millprint.config.yields import YieldConfig
 # asked of an earlier model, and train the next.
 HELD_OUT_MILLS = 100
 DRAWS = {
-    "planetary": (20_261, 20_281, 20_282, 20_291),
+    "planetary": (20_261, 20_281, 20_282, 20_291, 20_311),
     "mixer": (20_261, 20_281, 20_282, 20_283, 20_291),
-    "drum": (20_281, 20_291, 20_301),
+    "drum": (20_281, 20_291, 20_301, 20_311),
     "spex": (20_261, 20_281, 20_282, 20_283, 20_291),
 }
 Simulations = Annotated[int, Field(ge=0, le=5000)]
