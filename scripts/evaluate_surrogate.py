@@ -13,9 +13,10 @@ from millprint.config.surrogate import EdgeConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.run.tables import read_printed
+from millprint.thesis.surrogate.device import choose_device
 from millprint.thesis.surrogate.graph_surrogate import single_steps
 from millprint.thesis.surrogate.measures import join_tables, printed_measures, tabulate
-from millprint.thesis.surrogate.network import choose_device, read_weights
+from millprint.thesis.surrogate.network import read_weights
 from millprint.thesis.surrogate.rollout import RollOut, read_scene, read_trajectory
 from millprint.thesis.surrogate.rollout_evaluation import (
     REFERENCES,

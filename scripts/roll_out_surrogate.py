@@ -13,8 +13,8 @@ from millprint.config.surrogate import EdgeConfig, RollOutConfig, TimingConfig
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.surrogate.compiled import open_graph_surrogate
+from millprint.thesis.surrogate.device import choose_device
 from millprint.thesis.surrogate.graph_surrogate import scaled_thresholds, simulation_seconds, time_rollouts
-from millprint.thesis.surrogate.network import choose_device
 from millprint.thesis.surrogate.rollout import read_scene
 
 

@@ -10,7 +10,9 @@ from pathlib import Path
 from millprint.config.surrogate import Recipe
 from millprint.run.files import write_table
 from millprint.run.job import job
-from millprint.thesis.surrogate.network import choose_device, train, write_weights
+from millprint.thesis.surrogate.device import choose_device
+from millprint.thesis.surrogate.network import write_weights
+from millprint.thesis.surrogate.training import train
 
 if "snakemake" in globals():
     made, recipe = snakemake.output, Recipe(**snakemake.params.recipe)

@@ -13,7 +13,7 @@ from millprint.config.errors import TrainingError
 from millprint.config.load import check_model
 from millprint.config.surrogate import NetworkConfig
 from millprint.config.workflow import WorkflowConfig
-from millprint.thesis.surrogate import network
+from millprint.thesis.surrogate import device
 from millprint.thesis.surrogate.dataset import (
     DISTANCE,
     GRADIENT,
@@ -31,14 +31,12 @@ from millprint.thesis.surrogate.network import (
     InteractionLayer,
     NormalisedNetwork,
     SignedDistanceNetwork,
-    Trainer,
-    draw_epoch,
     feature_statistics,
-    losses,
     read_weights,
     write_weights,
 )
 from millprint.thesis.surrogate.rollout import read_trajectory
+from millprint.thesis.surrogate.training import Trainer, draw_epoch, losses
 from tests.conftest import ROOT, configuration
 from tests.unit.surrogate_samples import (
     CONTACTS,
@@ -269,21 +267,21 @@ def test_every_snapshot_is_drawn_once():
 @pytest.fixture
 def products():
     """The choice of products as in a job, which a test leaves as it was."""
-    network.choose_products()
+    device.choose_products()
     yield
     torch.set_float32_matmul_precision("highest")
 
 
 def test_products_are_single_precision_on_any_processor(products, monkeypatch):
-    assert network.has_single_products()
+    assert device.has_single_products()
     for processor, single, chosen in (
         ("znver5", True, "medium"),
         ("znver9", False, "highest"),  # one that would round the factors
         ("icelake-client", True, "highest"),
     ):
-        monkeypatch.setattr(network.binding, "get_host_cpu_name", lambda name=processor: name)
-        monkeypatch.setattr(network, "has_single_products", lambda single=single: single)
-        network.choose_products()
+        monkeypatch.setattr(device.binding, "get_host_cpu_name", lambda name=processor: name)
+        monkeypatch.setattr(device, "has_single_products", lambda single=single: single)
+        device.choose_products()
         assert torch.get_float32_matmul_precision() == chosen, processor
 
 
