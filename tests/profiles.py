@@ -308,6 +308,41 @@ def extruded(rng: np.random.Generator) -> Hollow | None:
     return _checked(Hollow(str(kind), pieces, size * rng.uniform(0.4, 1.5)), rng)
 
 
+def interrupted(rng: np.random.Generator, step: float) -> Hollow | None:
+    """A mantle with flats, grooves, ribs, scallops and beads, drawn in steps [rad]; None as in `turned`.
+
+    A flat is wider than a step by far: one that is not cannot be told from it.
+    """
+    radius = math.exp(rng.uniform(math.log(8), math.log(80)))
+    begins = np.radians(np.sort(rng.permutation(12)[: rng.integers(1, 6)]) * 30 + rng.uniform(0, 3))
+    points: list[np.ndarray] = []
+    sweeps: list[float] = []
+    for begin, following in pairwise([*begins, begins[0] + 2 * math.pi]):
+        width = math.radians(rng.uniform(3, 26))
+        kinds = [
+            "groove",
+            "rib",
+            "scallop",
+            "bead",
+            *["flat"] * (width > 1.4 * step),
+            *["flats"] * (width > 2.8 * step),
+        ]
+        kind, depth = rng.choice(kinds), radius * rng.uniform(0.04, 0.25)
+        ways = {
+            "flat": [(0.0, radius, 0.0)],
+            "flats": [(0.0, radius, 0.0), (width / 2, radius, 0.0)],
+            "groove": [(0.0, radius, 0.0), (0.0, radius + depth, width), (width, radius + depth, 0.0)],
+            "rib": [(0.0, radius, 0.0), (0.0, radius - depth, 0.0), (width, radius - depth, 0.0)],
+            "scallop": [(0.0, radius, rng.uniform(1.3 * width, 2.8))],
+            "bead": [(0.0, radius, -rng.uniform(0.1, 2.5))],
+        }[kind]
+        for angle, out, sweep in [*ways, (width, radius, following - begin - width)]:
+            points.append(out * np.array([math.cos(begin + angle), math.sin(begin + angle)]))
+            sweeps.append(sweep)
+    pieces = chain(points, sweeps, closed=True)
+    return _checked(Hollow("interrupted", pieces, radius * rng.uniform(0.5, 2)), rng)
+
+
 def _checked(hollow: Hollow, rng: np.random.Generator) -> Hollow | None:
     """The hollow in a random place, or None where it crosses itself, or is too narrow, or a joint is a cusp."""
     lengths = [piece.length for piece in hollow.pieces]

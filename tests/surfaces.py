@@ -223,6 +223,20 @@ def hidden_turn(case: Case, place: float) -> float:
                 and min(radii) * (1 - math.cos(turn)) < case.tolerance), default=0.0)  # fmt: skip
 
 
+def from_middles(hollow: Hollow, flat: np.ndarray, exact: Feet) -> np.ndarray:
+    """How far points (n, 2) of the profile are from the middle of a hollow arc that may be nearest to them (n,) [mm].
+
+    inf where there is none. The nearest foot of a point there may be on the walls that follow as well.
+    """
+    found = np.full(len(flat), math.inf)
+    for piece in hollow.pieces:
+        if piece.sweep > 0:
+            away = np.linalg.norm(flat - piece.centre, axis=1)
+            is_near = np.abs(piece.radius - exact.nearest) <= 2 * away
+            found[is_near] = np.minimum(found, away)[is_near]
+    return np.maximum(found, 1e-12)
+
+
 def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generator) -> list[str]:
     """What is wrong with contacts of balls of one radius [mm] near the wall, in words."""
     hollow, off = case.hollow, case.tolerance
@@ -234,8 +248,10 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
     drawn = None if case.triangles is None else distance_to_triangles(case.triangles, points)
     # Where a foot comes or goes within the tolerance, there may be a contact more or less.
     moved = [feet(hollow, points + 4 * off * shift) for shift in np.vstack([np.eye(3), -np.eye(3)])]
-    out = ((points - hollow.shift) @ hollow.rotation)[:, :2]
-    from_axis = np.linalg.norm(out, axis=1) if hollow.is_turned else np.full(len(points), math.inf)
+    local = (points - hollow.shift) @ hollow.rotation
+    out = np.linalg.norm(local[:, :2], axis=1)
+    from_axis = out if hollow.is_turned else np.full(len(points), math.inf)
+    middles = from_middles(hollow, np.column_stack([out, local[:, 2]]) if hollow.is_turned else local[:, :2], exact)
     wrong = []
     for k in range(len(points)):
         overlaps = np.sort(contacts.overlap[contacts.ball == k])[::-1]
@@ -260,7 +276,7 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
             said = f"overlaps by {depth:.6g} mm, not by {overlaps[0]:.6g} mm"
         elif len(overlaps) and max(np.abs(possible - each).min() for each in overlaps) > 6 * off + 1e-6 * radius:
             said = f"has an overlap too many: {overlaps} mm for {np.sort(feet_here[0][feet_here[0] > 0])[::-1]} mm"
-        elif not fewest <= len(overlaps) <= most:
+        elif not fewest <= len(overlaps) <= most + (middles[k] < 2 * off):
             said = f"has {len(overlaps)} contacts, not {fewest} to {most}"
         elif depth > off and len(overlaps) == most == 1:
             # In a shallow seam both walls may be as near.
@@ -268,9 +284,8 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
             # On its axis a turned wall is as near all around.
             place = exact.place[exact.distance[k].argmin()]
             allowed = 1e-3 + 20 * off / radius + off / from_axis[k] + hidden_turn(case, place)
-            if place % 1 == 0 and (piece := hollow.pieces[int(place)]).sweep > 0:
-                # And near the middle of its arc, as the profile is all along this.
-                allowed += off / abs(piece.radius - exact.nearest[k])
+            # And near the middle of an arc, as the profile is all along this.
+            allowed += off / middles[k]
             if not angle < allowed:
                 said = f"is pushed {math.degrees(angle):.3g} degrees off"
         if said:

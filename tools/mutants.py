@@ -83,7 +83,7 @@ PARTS = {
                  ["unit/test_mill_shapes.py::test_distances_of_shapes_are_those_of_closed_forms",
                   *(f"physics/test_ports.py::test_a_port_is_found_however_it_is_drawn[{port}-24-24-None]"
                     for port in ("oblique port", "port in a cone", "window"))]),
-    "walls": (["mill/half_plane.py"], ["physics/test_recognition.py"]),
+    "walls": (["mill/half_plane.py", "mill/surfaces_about.py"], ["physics/test_recognition.py"]),
 }  # fmt: skip
 INTERPRETED = ("kernel", "distance")
 OPERATORS = {ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"), ast.Pow: ("**", "*")}

@@ -19,7 +19,7 @@ from millprint.mill.motion import motion_from_law
 from millprint.mill.vessel import Vessel
 from tests.closed_distances import distance_to_triangles, feet, nearest_on_triangles, solid_angle
 from tests.physics.setups import CALIBRATED, FewBalls, prism
-from tests.profiles import Hollow, chain, hollow_of, mesh, stadium_pieces, write_stl
+from tests.profiles import Hollow, chain, hollow_of, interrupted, mesh, stadium_pieces, write_stl
 from tests.surfaces import (
     MM,
     Case,
@@ -170,11 +170,37 @@ def test_a_drawn_surface_is_touched_as_its_closed_form_says(seed):
     assert check(seed, places_each=50, shots=10, largest=24) == []
 
 
+@pytest.mark.parametrize(
+    ("facets", "degrees", "decimals"), [(48, 12, None), (72, 8, 3), (96, 20, 2), (192, 8, 6), (192, 16, None)]
+)
+def test_a_flat_on_a_mantle_is_no_step_of_it(in_project, facets, degrees, decimals):
+    """Its vertices are on the mantle as those of a step are, but it is far wider."""
+    half = math.radians(degrees) / 2
+    ends = [(20 * math.cos(half), 20 * math.sin(half)), (20 * math.cos(half), -20 * math.sin(half))]
+    hollow = upright(chain(ends, [2 * math.pi - 2 * half, 0.0], closed=True), 30.0)
+    case, rng = from_file(hollow, facets, decimals), np.random.default_rng(0)
+    assert [said for radius in (0.5, 2, 5) for said in check_contacts(case, radius, 60, rng)] == []
+    assert {round(curve.major / MM, 2) for curve in case.vessel.curves} == {20.0}
+
+
+def test_what_interrupts_a_mantle_is_touched_as_its_closed_form_says(in_project):
+    wrong, checked = [], 0
+    for seed in range(40):
+        rng = np.random.default_rng([seed, 5])
+        facets, decimals = round(24 * 8 ** rng.random()), rng.choice([None, 3, 4, 5, 6])
+        if hollow := interrupted(rng, 2 * math.pi / facets):
+            checked += 1
+            case = from_file(hollow, facets, decimals)
+            wrong += [(seed, said) for _ in range(2) for said in check_contacts(case, radius_of(case, rng), 25, rng)]
+    assert checked > 20
+    assert wrong == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [91012, 400029, 600041, 600121, 600162, 600207, 601190, 602324, 602374, 602459, 602573, 610011, 610273,
              610611, 610696, 610929, 620098, 620122, 640147, 640164, 660190, 660420, 660596, 660927, 720046, 800135,
-             800198, 810436, 810543, 1001165, 1002558, 1020437, 3000229],
+             800198, 810436, 810543, 1001165, 1002558, 1020437, 1051239, 1051719, 1051783, 1052880, 3000229],
 )  # fmt: skip
 def test_a_finely_drawn_surface_of_few_decimals_is_touched_as_its_closed_form_says(seed):
     """Rounding hides the first steps of its roundings, axes of a few facets are off, balls come near the axis.

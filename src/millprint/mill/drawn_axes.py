@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from millprint.mill.half_plane import FEWEST_STEPS
 from millprint.mill.outlines import Ragged, cross, lengths, plane_axes
+from millprint.mill.surfaces_about import FEWEST_STEPS
 from millprint.mill.turned_shapes import (
     LARGEST_TURN,
     LOOSE,

@@ -28,13 +28,10 @@ from millprint.mill.drawn_axes import (
     same_axis,
 )
 from millprint.mill.exact_walls import curves_of, whole_patches
-from millprint.mill.half_plane import (
-    EVEN,
+from millprint.mill.half_plane import EVEN, NEARLY, SAG, HalfPlane
+from millprint.mill.surfaces_about import (
     FIRST_FAILURES,
     MOST_FAILURES,
-    NEARLY,
-    SAG,
-    HalfPlane,
     is_round,
     surface_begins,
     surfaces_about,
