@@ -99,7 +99,7 @@ class HalfPlane:
         return self.steps(shape, others) <= max(longest, 4 * math.sqrt(drawing.tolerance * shape.radius))
 
     def is_even_around(self, drawing: Drawing, shape: Line | Circle, rows: np.ndarray) -> np.ndarray:
-        """Which rows (n,) of `facets` on a line or arc are no far wider steps around the axis than others on it.
+        """Which rows (n,) of `facets` on a line or arc are steps around the axis that are not far wider than others.
 
         A wider one is a flat on a mantle, which ends where the mantle does: its vertices are on that too.
         """
