@@ -80,7 +80,8 @@ def _surface(vessel: Vessel) -> Surface:
     corner_normal = np.zeros_like(vessel.vertices)
     np.add.at(corner_normal, corner, angle[:, None] * vessel.normals[owner])
     first, second = vessel.edge_arrays.facets[edge].T
-    side_is_drawn = borders.is_drawn[edge]
+    # Of a rough border only the drawing is known.
+    side_is_drawn = (borders.is_drawn & ~borders.is_rough)[edge]
     corner_is_drawn = (np.bincount(corner, ~side_is_drawn) == 0)[corner]
     first_outline, outline, trims = all_sides([vessel])
     curve = vessel.facet_curves
