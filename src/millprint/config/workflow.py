@@ -36,7 +36,7 @@ from millprint.config.yields import YieldConfig
 # asked of an earlier model, and train the next.
 HELD_OUT_MILLS = 100
 DRAWS = {
-    "planetary": (20_261, 20_281, 20_282, 20_291, 20_311),
+    "planetary": (20_261, 20_281, 20_282, 20_291, 20_311, 20_321),
     "mixer": (20_261, 20_281, 20_282, 20_283, 20_291),
     "drum": (20_281, 20_291, 20_301, 20_311),
     "spex": (20_261, 20_281, 20_282, 20_283, 20_291),
@@ -50,11 +50,11 @@ class AtlasConfig(Section):
     The defaults are those of the included atlas.
     """
 
-    planetary: Simulations = 2275
+    planetary: Simulations = 5000
     """rows of the design of planetary mills; those that teach something are simulated; 0 for none of the kind"""
     mixer: Simulations = 2025
     """of mixer mills"""
-    drum: Simulations = 826
+    drum: Simulations = 2100
     """of tumbling drums"""
     spex: Simulations = 800
     """of shakers like the SPEX 8000"""
