@@ -63,8 +63,9 @@ def inputs_of(kind: Kind, groups: Mapping[str, Any]) -> np.ndarray:
 
 def matern(first: np.ndarray, second: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     """Matern's covariance of smoothness 5/2 between rows (m, p) and (n, p), without its amplitude: (m, n)."""
-    squared = (((first[:, None, :] - second[None, :, :]) / lengths) ** 2).sum(axis=2)
-    z = np.sqrt(5 * squared)
+    one, other = first / lengths, second / lengths
+    squared = (one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1) - 2 * one @ other.T
+    z = np.sqrt(5 * np.maximum(squared, 0.0))
     return (1 + z + z**2 / 3) * np.exp(-z)
 
 
@@ -105,6 +106,8 @@ class Surface:
 
         The slopes b count as normal numbers of variance SLOPES.
         """
+        from scipy.linalg import cho_factor, cho_solve  # takes long to import, and only slopes need it
+
         before, after, own = self._own(before), self._own(after), self._own(centres[self.rows])
         moved = after - before
         near = self.amplitude * (matern(after, own, self.lengths) - matern(before, own, self.lengths))
@@ -115,7 +118,7 @@ class Surface:
         apart = np.array(
             [matern(one[None], two[None], self.lengths)[0, 0] for one, two in zip(before, after, strict=True)]
         )
-        known = np.einsum("ij,ji->i", near, np.linalg.solve(covariance, near.T))
+        known = np.vecdot(near, cho_solve(cho_factor(covariance, lower=True, overwrite_a=True), near.T).T)
         before_known = 2 * self.amplitude * (1 - apart) + SLOPES * (moved**2).sum(axis=1)
         return self.factor * np.sqrt(np.maximum(before_known - known, 0.0))
 

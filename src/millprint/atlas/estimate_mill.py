@@ -178,23 +178,27 @@ def exponents(kind: Kind, condition: Values, model: KindModel | None = None) -> 
     number of balls counts as any other. By observable, then dimension.
     """
     model = model or model_of(kind)
-    found: dict[str, dict[str, Estimate]] = {name: {} for name in PREDICTED}
+    names, lengths, ends = [], [], []
     for name in (*(own.name for own in kind.dimensions), *(own.name for own in SETTINGS)):
         if not condition[name]:
             continue
         sides = [_moved(kind, condition, name, side) for side in (-STEP, STEP)]
-        steps = [side for side, moved in zip((-STEP, STEP), sides, strict=True) if moved is not None]
-        if not steps:
-            continue
-        ends = [moved if moved is not None else condition for moved in sides]
-        length = sum(abs(side) for side in steps)
-        before, after = (inputs_of(kind, kind.groups_of(end)) for end in ends)
-        scales = [kind.scales(end) for end in ends]
-        for own, slope, error in _slopes(model, before, after):
-            scale = PREDICTED[own]
-            value = (slope + math.log(scales[1][scale] / scales[0][scale])) / length
-            half = NORMAL * error / length
-            found[own][name] = Estimate(value, "-", scatter=Interval(value - half, value + half))
+        if length := STEP * sum(moved is not None for moved in sides):
+            names.append(name)
+            lengths.append(length)
+            ends.append([condition if moved is None else moved for moved in sides])
+    before, after = (
+        np.vstack([inputs_of(kind, kind.groups_of(end)) for end in own]) for own in zip(*ends, strict=True)
+    )
+    found: dict[str, dict[str, Estimate]] = {}
+    for own, (slopes, errors) in _slopes(model, before, after).items():
+        scales = np.array([[kind.scales(end)[PREDICTED[own]] for end in both] for both in ends])
+        values = (slopes + np.log(scales[:, 1] / scales[:, 0])) / lengths
+        halves = NORMAL * errors / lengths
+        found[own] = {
+            name: Estimate(value, "-", scatter=Interval(value - half, value + half))
+            for name, value, half in zip(names, values.tolist(), halves.tolist(), strict=True)
+        }
     return found
 
 
@@ -208,18 +212,18 @@ def _moved(kind: Kind, condition: Values, name: str, step: float) -> dict[str, f
     return moved
 
 
-def _slopes(model: KindModel, before: np.ndarray, after: np.ndarray) -> list[tuple[str, float, float]]:
-    """Difference of the logarithm of each of PREDICTED over its scale, and its error, from those of the surfaces."""
+def _slopes(model: KindModel, before: np.ndarray, after: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Differences (m,) of the logarithm of each of PREDICTED over its scale, and their errors, from the surfaces."""
     first, last = model.fitted(before), model.fitted(after)
     low, high = combined(first), combined(last)
     # The motion is kept.
     motion = model.completed(before)[:, -1]
     start, end = np.column_stack([before, motion]), np.column_stack([after, motion])
     errors = {name: own.slope_error(start, end, model.centres) for name, own in model.surfaces.items()}
-    found = []
-    for name in PREDICTED:
-        # What a small change of each surface does to the logarithm.
-        weights = {each: combined({**last, each: last[each] + 1e-4})[name] - high[name] for each in errors}
-        error = math.hypot(*(float(weights[each][0]) * 1e4 * float(errors[each][0]) for each in errors))
-        found.append((name, float(high[name][0] - low[name][0]), error))
-    return found
+    squared = dict.fromkeys(PREDICTED, 0.0)
+    for each, error in errors.items():
+        # What a small change of each surface does to the logarithms.
+        moved = combined({**last, each: last[each] + 1e-4})
+        for name in PREDICTED:
+            squared[name] = squared[name] + ((moved[name] - high[name]) * 1e4 * error) ** 2
+    return {name: (high[name] - low[name], np.sqrt(squared[name])) for name in PREDICTED}
