@@ -149,6 +149,39 @@ def _is_rounding(drawing: Drawing, plane: HalfPlane, arc: Circle, facets: np.nda
     return True
 
 
+class _Failures:
+    """Pairs of facets at which no surface about an axis begins.
+
+    All between the same rings fail alike, and so do those that are in one failed fit, as rings that rounding has given
+    different places. About an axis that is nearly right, a ring has many names, but is in one place but for a share of
+    its steps.
+    """
+
+    def __init__(self, plane: HalfPlane, facets: int) -> None:
+        self.plane = plane
+        self.names: set[int] = set()
+        self.fit_of = np.zeros(facets, dtype=np.int64)
+        self.places = np.empty((0, 4))
+
+    def are_enough(self, is_found: bool) -> bool:
+        """Whether the search ends: an axis about which nothing begins soon is none."""
+        return len(self.names) > MOST_FAILURES or (not is_found and len(self.places) > FIRST_FAILURES)
+
+    def has(self, pair: Sequence[int], name: int) -> bool:
+        """Whether a pair will fail as one before it; name: that of its rings."""
+        if self.fit_of[pair[0]] == self.fit_of[pair[1]] > 0:
+            self.names.add(name)
+        return name in self.names
+
+    def add(self, pair: Sequence[int], name: int, extent: float, fit: np.ndarray) -> None:
+        """A pair that has failed; extent: its own in the half plane [m]; fit: the facets of its surface, if any."""
+        self.names.add(name)
+        self.fit_of[fit] = len(self.names)
+        place = self.plane.middles[list(pair)].ravel()
+        if (np.abs(self.places - place).max(axis=1) >= SAME_RING * extent).all():
+            self.places = np.vstack([self.places, place])
+
+
 def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
     """The surfaces about an axis: arcs first, since each of their steps is a line too; their facets are taken.
 
@@ -159,20 +192,12 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
 
     def find(kind: type[Line] | type[Circle], fits: np.ndarray) -> None:
         """Take the surfaces of a kind that begin at some seams (s,)."""
-        # All pairs between the same rings fail alike; an axis about which nothing begins soon is none.
-        failed: set[int] = set()
-        # About one that is nearly right, a ring has many names, but is in one place but for a share of its steps.
-        failed_at = np.empty((0, 4))
-        # So do those that are in one failed fit, as rings that rounding has given different places.
-        failed_with = np.zeros(len(drawing.taken), dtype=np.int64)
+        failures = _Failures(plane, len(drawing.taken))
         seams = np.flatnonzero(fits & ~drawing.taken[drawing.seams].any(axis=1))
         for pair, name in zip(drawing.seams[seams].tolist(), names[seams].tolist(), strict=True):
-            if len(failed) > MOST_FAILURES or (not found and len(failed_at) > FIRST_FAILURES):
+            if failures.are_enough(bool(found)):
                 break
-            if name in failed or drawing.taken[pair[0]] or drawing.taken[pair[1]]:
-                continue
-            if failed_with[pair[0]] == failed_with[pair[1]] > 0:
-                failed.add(name)
+            if drawing.taken[pair[0]] or drawing.taken[pair[1]] or failures.has(pair, name):
                 continue
             own = plane.flat[np.concatenate([drawing.vertices_of[facet] for facet in pair])]
             swept = None
@@ -181,13 +206,9 @@ def surfaces_about(drawing: Drawing, plane: HalfPlane) -> list[Swept]:
             if swept and _is_enough(drawing, plane, swept):
                 drawing.taken[swept.facets] = True
                 found.append(swept)
-                continue
-            failed.add(name)
-            middles = plane.middles[pair].ravel()
-            if not (np.abs(failed_at - middles).max(axis=1, initial=0.0) < SAME_RING * np.ptp(own, axis=0).max()).any():
-                failed_at = np.vstack([failed_at, middles])
-            if swept:
-                failed_with[swept.facets] = len(failed)
+            else:
+                fit = swept.facets if swept else np.empty(0, dtype=np.int64)
+                failures.add(pair, name, float(np.ptp(own, axis=0).max()), fit)
 
     find(Circle, counts > 2)
     for each in list(found):
