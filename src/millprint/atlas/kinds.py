@@ -51,6 +51,24 @@ def axis_of(mill: MillConfig) -> str:
 CENTRIFUGING = 1.5
 
 
+def slip(groups: Mapping[str, Any], length: str = "length") -> Any:
+    """Half the logarithm of the torque that friction at the walls can hold over that of the bed's weight.
+
+    A bed slides along the shell where it is small. The ratio is mu_w (s + (s - 1) R / L) / (1 - d / 2R), from the
+    pressure rho g h at a depth h: on the shell with s = (1 + u) / (1 - u), of a bed over the share u of the section,
+    and on both ends with s - 1, their arm being R; within 13 % of the integrals. Centres of
+    balls lie within R - d / 2. In a planetary mill the wheel takes the place of gravity.
+
+    length: the group of L / R.
+    """
+    import numpy as np
+
+    filled = groups["fill"] / PACKED
+    shell = (1 + filled) / (1 - filled)
+    held = groups["wall_static_friction"] * (shell + (shell - 1) / groups[length])
+    return np.log(held / (1 - groups["ball"] / 2)) / 2
+
+
 def _planetary_realised(groups: Values) -> dict[str, float]:
     sun = REFERENCE_MM / groups["jar"]
     return {
@@ -111,6 +129,7 @@ PLANETARY = Kind(
         lambda groups: groups["turns"] ** 2 * groups["jar"] / 2,
         lambda groups: (groups["turns"] - 1) ** 2 * groups["jar"] / 2,
         loss,
+        lambda groups: slip(groups, "height"),
     ),
     limits=(
         Limit("(k - 1)^2 (R - d/2) / R_s", "the jar's own turning holds the balls on its wall", CENTRIFUGING,
@@ -212,22 +231,6 @@ def _drum_recognised(mill: MillConfig) -> dict[str, float] | None:
     along = [abs(value) for value in motion.axis]
     turns_about_itself = not any(motion.pivot_mm) and along.index(max(along)) == "xyz".index(axis_of(mill))
     return jar if turns_about_itself and sum(along) == max(along) else None
-
-
-def slip(groups: Mapping[str, Any]) -> Any:
-    """Half the logarithm of the torque that friction at the walls can hold over that of the bed's weight.
-
-    A bed slides along the shell where it is small. The ratio is mu_w (s + (s - 1) R / L) / (1 - d / 2R), from the
-    pressure rho g h at a depth h: on the shell with s = (1 + u) / (1 - u), of a bed over the share u of the section,
-    and on both ends with s - 1, their arm being R; within 13 % of the integrals. Centres of
-    balls lie within R - d / 2.
-    """
-    import numpy as np
-
-    filled = groups["fill"] / PACKED
-    shell = (1 + filled) / (1 - filled)
-    held = groups["wall_static_friction"] * (shell + (shell - 1) / groups["length"])
-    return np.log(held / (1 - groups["ball"] / 2)) / 2
 
 
 DRUM = Kind(
