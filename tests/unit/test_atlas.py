@@ -408,10 +408,12 @@ def test_a_fingerprint_is_shown_beside_the_atlas(capsys, monkeypatch):
     estimate_condition.main(asked)
     lines = [line for line in capsys.readouterr().out.splitlines() if "simulated" in line]
     assert len(lines) == len(estimate_condition.TOLD)
-    monkeypatch.setattr(Fingerprint, "predict", lambda self, condition: SimpleNamespace(known=dict.fromkeys(
-        estimate_condition.TOLD, Estimate(1e6, "W", scatter=Interval(9e5, 1.1e6)))))  # fmt: skip
-    estimate_condition.main(asked)
-    assert capsys.readouterr().out.count("A LARGE DIFFERENCE") == len(lines)
+    for outside, large in (((), len(lines)), (("fill_ratio",), 0)):
+        monkeypatch.setattr(Fingerprint, "predict", lambda self, condition, outside=outside: SimpleNamespace(
+            known=dict.fromkeys(estimate_condition.TOLD, Estimate(1e6, "W", scatter=Interval(9e5, 1.1e6))),
+            outside=outside))  # fmt: skip
+        estimate_condition.main(asked)
+        assert capsys.readouterr().out.count("A LARGE DIFFERENCE") == large
 
 
 @pytest.mark.parametrize(

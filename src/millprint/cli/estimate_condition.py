@@ -142,12 +142,14 @@ def quantity(value: float, unit: str) -> str:
     return f"{three(factor * value)} {shown}"
 
 
-def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> dict[str, str]:
-    """What the mill's fingerprint has for the condition over what the atlas says, in words, of each of TOLD.
+def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> tuple[dict[str, str], str]:
+    """What the mill's fingerprint has for the condition over what the atlas says, in words, of each of TOLD; and which
+    settings it is extrapolated in, if any.
 
-    A difference is large as of `beside_simulation.is_far`.
+    A difference is large as of `beside_simulation.is_far`, and nothing is told from extrapolated curves.
     """
     from millprint.atlas.beside_simulation import LARGE, is_far
+    from millprint.fingerprint.condition_search import variables_in_words
 
     own = found.condition
     condition = fingerprint.condition(
@@ -155,11 +157,12 @@ def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> dict[
         density_kg_m3=own["density_kg_m3"],
     )  # fmt: skip
     prediction, said = fingerprint.predict(condition), {}
+    how = "extrapolated" if prediction.outside else "simulated"
     for name in TOLD:
         simulated, told_ = prediction.known[name], found.known[name]
-        large = f", {LARGE}" if is_far(simulated, told_) else ""
-        said[name] = f"; simulated {three(simulated.value / told_.value)} of it{large}"
-    return said
+        large = f", {LARGE}" if not prediction.outside and is_far(simulated, told_) else ""
+        said[name] = f"; {how} {three(simulated.value / told_.value)} of it{large}"
+    return said, variables_in_words(prediction.outside)
 
 
 def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[str]:
@@ -176,7 +179,9 @@ def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[st
             f"  balls roll, slide or go round with the wall: only power is told (hits {100 * found.hits:.0f} % likely)"
         )
         rows = {name: words for name, words in TOLD.items() if name == "wall_power_W"}
-    compared = simulated_over_atlas(found, fingerprint) if fingerprint else {}
+    compared, outside = simulated_over_atlas(found, fingerprint) if fingerprint else ({}, "")
+    if outside:
+        lines.append(f"  the fingerprint is extrapolated: {outside} not simulated")
     for name, words in rows.items():
         value = found.known[name]
         factor, unit = prefix_of(value.value, value.unit)
