@@ -9,6 +9,7 @@ residuals of simulations that were left out. Everything is in one JSON file, and
 (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, Eqs 2.25, 4.17 and 2.41).
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -64,9 +65,18 @@ def inputs_of(kind: Kind, groups: Mapping[str, Any]) -> np.ndarray:
 def matern(first: np.ndarray, second: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     """Matern's covariance of smoothness 5/2 between rows (m, p) and (n, p), without its amplitude: (m, n)."""
     one, other = first / lengths, second / lengths
-    squared = (one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1) - 2 * one @ other.T
-    z = np.sqrt(5 * np.maximum(squared, 0.0))
-    return (1 + z + z**2 / 3) * np.exp(-z)
+    # In place: there are millions of pairs, and new arrays take longer than the numbers.
+    z = one @ (-2 * other.T)
+    z += (one**2).sum(axis=1)[:, None]
+    z += (other**2).sum(axis=1)
+    z = np.sqrt(np.maximum(z, 0.0, out=z), out=z)
+    z *= -math.sqrt(5)
+    found = z / 3
+    found -= 1
+    found *= z
+    found += 1
+    found *= np.exp(z, out=z)
+    return found
 
 
 def logistic(value: np.ndarray) -> np.ndarray:
