@@ -7,7 +7,8 @@ Outputs: `model`, `comparison`, `learning`.
 
 import pandas as pd
 
-from millprint.atlas.fit_atlas import compared, fit_atlas, rows_of
+from millprint.atlas.compare_atlas import compared
+from millprint.atlas.fit_atlas import fit_atlas, rows_of
 from millprint.atlas.kinds import kind_named
 from millprint.run.files import read_table, write_json, write_table
 from millprint.run.job import job

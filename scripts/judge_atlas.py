@@ -8,7 +8,8 @@ Outputs: `errors`, by kind and model; `regions`, by kind and tenth of the fill r
 import pandas as pd
 
 from millprint.atlas.atlas_model import read_model
-from millprint.atlas.fit_atlas import judged, regions, rows_of
+from millprint.atlas.compare_atlas import judged, regions
+from millprint.atlas.fit_atlas import rows_of
 from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 
