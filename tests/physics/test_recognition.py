@@ -184,6 +184,17 @@ def lathe(points: list, sweeps_deg: list[float]) -> Hollow:
     return made.placed(random_rotation(np.random.default_rng(1)), np.array([3.0, -7.0, 11.0]))
 
 
+@pytest.mark.parametrize("turn", [[0, 1, 2], [1, 2, 0], [2, 0, 1]])
+@pytest.mark.parametrize("facets", [24, 25, 26, 27])
+def test_a_whole_sphere_has_no_hole_at_a_pole_of_the_frame(in_project, facets, turn):
+    """The axis of the frame goes through a vertex, a facet or a side of it, at either end."""
+    for phase in (0.0, np.pi / facets, np.pi / 2, np.pi / 2 + np.pi / facets, 1.0):
+        made = profiles.sphere(10.0).placed(np.eye(3)[turn], np.array([1.0, 2.0, 3.0]))
+        (curve,) = surface_of(made, facets, None, phase).vessel.curves
+        assert curve.kind == "sphere"
+        assert curve.arc is None
+
+
 @pytest.mark.parametrize("decimals", [None, 3, 2])
 @pytest.mark.parametrize(("steps", "facets"), [(2, 24), (3, 24), (4, 36), (5, 60), (6, 30)])
 @pytest.mark.parametrize("pole", ["vertex", "disc"])

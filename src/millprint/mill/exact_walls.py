@@ -107,10 +107,12 @@ def _crossings(drawing: Drawing, swept: Swept) -> np.ndarray:
         drawing.vessel.vertices[drawing.flat[each]] for each in (rows, drawing.vessel.outlines.loops.ahead[rows])
     )
     turn = (swept.axis.angles(end) - swept.axis.angles(begin) + math.pi) % (2 * math.pi) - math.pi
-    turn[turn < 1e-9 - math.pi] += 2 * math.pi
-    around = np.add.reduceat(turn, Ragged(drawing.corners.counts[swept.facets]).first)
+    first = Ragged(drawing.corners.counts[swept.facets]).first
+    # A side through the axis turns by half a turn, one way or the other.
+    is_on_axis = np.logical_or.reduceat(np.abs(turn) > math.pi - 1e-9, first)
+    is_on_axis |= np.abs(np.add.reduceat(turn, first)) > math.pi
     flat, middles = swept.axis.meridian(begin), swept.axis.meridian(drawing.middles[swept.facets])
-    return np.append(flat[flat[:, 0] < LOOSE * drawing.tolerance, 1], middles[np.abs(around) > math.pi, 1])
+    return np.append(flat[flat[:, 0] < LOOSE * drawing.tolerance, 1], middles[is_on_axis, 1])
 
 
 def _sphere_arc(
