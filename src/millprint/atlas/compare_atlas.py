@@ -1,4 +1,4 @@
-"""The atlas beside what a clever person would use, on mills that none of them has seen.
+"""The atlas next to what a clever person would use, on mills that none of them has seen.
 
 Baselines: the scaling law from the included mill of the kind (its fingerprint, with amplitude, speed, balls and fill
 ratio of the new mill); the nearest simulated neighbour in the groups; a linear model in the logarithms of the groups.
