@@ -319,14 +319,7 @@ def interrupted(rng: np.random.Generator, step: float) -> Hollow | None:
     sweeps: list[float] = []
     for begin, following in pairwise([*begins, begins[0] + 2 * math.pi]):
         width = math.radians(rng.uniform(3, 26))
-        kinds = [
-            "groove",
-            "rib",
-            "scallop",
-            "bead",
-            *["flat"] * (width > 1.4 * step),
-            *["flats"] * (width > 2.8 * step),
-        ]
+        kinds = ["groove", "rib", "scallop", "bead", "flat", "flats"][: 4 + (width > 1.4 * step) + (width > 2.8 * step)]
         kind, depth = rng.choice(kinds), radius * rng.uniform(0.04, 0.25)
         ways = {
             "flat": [(0.0, radius, 0.0)],
