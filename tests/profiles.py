@@ -419,8 +419,9 @@ def _extruded_mesh(line: np.ndarray, height: float) -> np.ndarray:
 
 
 def straightened(hollow: Hollow, facets: int, rounding: float) -> Hollow | None:
-    """The other hollow that a file may draw: where two contrary arcs join, and the steps on both sides of the joint
-    lie on one line to within the rounding [mm], that line is a piece of its own. None where there is no such joint.
+    """The other hollow that a file may draw: where two arcs join, and the steps on both sides of the joint lie on one
+    line to within the rounding [mm], that line is a piece of its own. None where there is no such joint: contrary arcs
+    have it, and two that are bent one way if they join in an edge of the other way.
 
     The same where a line joins an arc whose first step goes on along it, since such facets are one. A mesh of `facets`
     draws both hollows: which one is meant, a file of that rounding does not say.
@@ -431,9 +432,10 @@ def straightened(hollow: Hollow, facets: int, rounding: float) -> Hollow | None:
         whole, left_of_it = hollow.pieces[number].sweep, pieces[number].sweep
         return whole / _steps(hollow.pieces[number], facets) / left_of_it if whole else 1.0
 
-    for number, following, _ in hollow.joints:
+    for number, following, turn in hollow.joints:
         first, second = pieces[number], pieces[following]
-        if first.sweep * second.sweep > 0 or not (first.sweep or second.sweep):
+        is_one_way = first.sweep * second.sweep > 0 and turn * first.sweep > -1e-9
+        if is_one_way or not (first.sweep or second.sweep):
             continue
         left_out, begun = step(number), step(following)
         (begin,), (end,) = first.at(np.array([1 - left_out])), second.at(np.array([begun]))

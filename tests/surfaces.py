@@ -210,17 +210,23 @@ def bounds_of_count(hollow: Hollow, found: Feet, ball: int, reach: float) -> tup
     return max(fewest, least) + ends, max(len(along) - len(farther), least) + ends
 
 
-def hidden_turn(case: Case, place: float) -> float:
-    """The turn [rad] of a joint next to a place of the profile (tests.closed_distances) that rounding may hide, or 0.
+def hidden_turn(case: Case, distances: np.ndarray, places: np.ndarray) -> float:
+    """The turn [rad] of a joint at the nearest foot of a point that the file's rounding may hide, or 0.
 
-    There an arc leaves its tangent by less than the file's rounding, R (1 - cos turn): the walls may be tangent.
+    There an arc leaves its tangent by less than the rounding, R (1 - cos turn): the walls may be tangent. Or the walls
+    on both sides of a shallow joint are as near. distances: those of feet (k,) [mm]; places (k,): of them along the
+    profile (tests.closed_distances).
     """
-    pieces = case.hollow.pieces
-    arcs = [
-        ([p.radius for p in (pieces[a], pieces[b]) if p.sweep], a, b, abs(turn)) for a, b, turn in case.hollow.joints
-    ]
-    return max((turn for radii, a, b, turn in arcs if radii and (a <= place <= a + 1 or place == b)
-                and min(radii) * (1 - math.cos(turn)) < case.tolerance), default=0.0)  # fmt: skip
+    pieces, place = case.hollow.pieces, places[distances.argmin()]
+    near = places[distances < distances.min() + case.tolerance]
+    hidden = 0.0
+    for a, b, turn in case.hollow.joints:
+        radii = [piece.radius for piece in (pieces[a], pieces[b]) if piece.sweep]
+        is_tangent = bool(radii) and min(radii) * (1 - math.cos(turn)) < case.tolerance
+        is_both = abs(turn) < SHARP and (near // 1 == a).any() and (near // 1 == b).any()
+        if (is_tangent and (a <= place <= a + 1 or place == b)) or is_both:
+            hidden = max(hidden, abs(turn))
+    return hidden
 
 
 def from_middles(hollow: Hollow, flat: np.ndarray, exact: Feet) -> np.ndarray:
@@ -282,8 +288,7 @@ def check_contacts(case: Case, radius: float, count: int, rng: np.random.Generat
             # In a shallow seam both walls may be as near.
             angle = min(float(np.linalg.norm(contacts.push[k] - each.towards[k])) for each in (exact, *moved))
             # On its axis a turned wall is as near all around.
-            place = exact.place[exact.distance[k].argmin()]
-            allowed = 1e-3 + 20 * off / radius + off / from_axis[k] + hidden_turn(case, place)
+            allowed = 1e-3 + 20 * off / radius + off / from_axis[k] + hidden_turn(case, exact.distance[k], exact.place)
             # And near the middle of an arc, as the profile is all along this.
             allowed += off / middles[k]
             if not angle < allowed:
@@ -429,7 +434,8 @@ def check_distance(case: Case, count: int, rng: np.random.Generator) -> list[str
 def check(seed: int, places_each: int = 20, shots: int = 0, largest: int = 192, balls: int = 2) -> list[str]:
     """What is wrong with the surface of a seed for balls of some sizes; hits and distances only with `shots`.
 
-    Where the file draws another hollow as well (`profiles.straightened`), nothing is if all is right for that one.
+    Where the file draws another hollow as well (`profiles.straightened`), nothing is if all is right for that one. No
+    drawing is taken for more exact than a millionth of its size.
     """
     facets, *style = style_of(seed, largest)
     try:
@@ -437,7 +443,8 @@ def check(seed: int, places_each: int = 20, shots: int = 0, largest: int = 192, 
     except ConfigError as error:
         return [f"refused: {error}"]
     wrong = check_case(case, seed, places_each, shots, balls)
-    other = straightened(case.hollow, facets, case.tolerance / 3)
+    size = 1e-6 * float(np.ptp(case.vessel.bounds, axis=0).max()) / MM
+    other = straightened(case.hollow, facets, max(case.tolerance / 3, size))
     if wrong and other:
         return wrong if check_case(case._replace(hollow=other), seed, places_each, shots, balls) else []
     return wrong

@@ -53,6 +53,8 @@ from millprint.mill.wall_words import round_facets
 
 # Vertices of a surface from which its axis is fitted, at most, how many surfaces, and how often.
 ENOUGH, MOST_PIECES, AGAIN = 2000, 12, 4
+# Lines that differ by less, as angles and as shares of the vessel's size, may be one in strips.
+STRIPS = 2e-3
 
 
 def _spheres(drawing: Drawing, far: float = 2 * EVEN**2) -> list[Swept]:
@@ -101,16 +103,44 @@ def _axis_of_border(drawing: Drawing, dome: Swept, others: np.ndarray) -> list[A
     return [Axis(dome.axis.origin, normal)] if is_circle else []
 
 
-def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.ndarray]) -> Axis:
-    """The axis about which surfaces are nearest to their vertices.
+def _joined(swept: list[Swept], size: float) -> list[Swept]:
+    """Surfaces about one axis, those that nearly are one line together: about one a little off, it lies in strips."""
+    lines = sorted((each for each in swept if isinstance(each.shape, Line)), key=lambda each: -len(each.facets))
+    found: list[Swept] = []
+    for each in lines:
+        assert isinstance(each.shape, Line)
+        for other in found:
+            assert isinstance(other.shape, Line)
+            turn = math.remainder(each.shape.angle - other.shape.angle, 2 * math.pi)
+            if abs(turn) < STRIPS and abs(each.shape.offset - other.shape.offset) < STRIPS * size:
+                other.facets = np.append(other.facets, each.facets)
+                break
+        else:
+            found.append(Swept(each.axis, each.shape, each.facets))
+    return [each for each in swept if not isinstance(each.shape, Line)] + found
 
-    One along a side of the frame, or along one of some known directions (3,), if the vertices allow it. Spheres about
-    one middle allow any direction, and keep it.
+
+def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.ndarray]) -> Axis:
+    """The axis about which surfaces are nearest to their vertices; `axis` where there is none.
+
+    Spheres about one middle allow any direction, and keep it. known: directions (3,), see `_fitted`.
     """
     middles = [each.shape.z for each in swept if isinstance(each.shape, Circle) and each.shape.r == 0.0]
     if len(middles) == len(swept) and np.ptp(middles) < LOOSE * drawing.tolerance:
         largest = max(swept, key=lambda each: len(each.facets))
         return Axis(nearest_sphere(drawing.points(largest.facets))[0], axis.along)
+    joined = _joined(swept, drawing.vessel.size)
+    better = _fitted(drawing, axis, joined, known)
+    if better is None and len(joined) < len(swept):
+        better = _fitted(drawing, axis, swept, known)
+    return better or axis
+
+
+def _fitted(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.ndarray]) -> Axis | None:
+    """The axis nearest to a first one about which vertices lie on their surfaces, or None.
+
+    One along a side of the frame, or along one of some known directions (3,), if the vertices allow it.
+    """
     from scipy.optimize import least_squares  # takes long to import, and few mills need it
 
     # The largest, and some of their vertices, from all over them.
@@ -137,7 +167,7 @@ def _refined(drawing: Drawing, axis: Axis, swept: list[Swept], known: list[np.nd
     best = moved(least_squares(lambda shift: off(moved(shift)), np.zeros(4), method="lm", diff_step=1e-7).x)
     worst = np.abs(off(best)).max()
     if worst > 1:
-        return axis
+        return None
     # What the file's rounding may hide, and not what a fit may be off.
     allowed = min(1.0, max(drawing.snap / drawing.tolerance, 2 * worst))
     side = np.argmax(np.abs(best.along))

@@ -253,11 +253,15 @@ def _settle(drawing: Drawing, plane: HalfPlane, found: list[Swept]) -> None:
         sides = np.sort(owner[drawing.vessel.edge_arrays.facets], axis=1)
         return np.unique(sides[(sides[:, 0] >= 0) & (sides[:, 0] != sides[:, 1])][:, ::-1], axis=0)[::-1, ::-1].tolist()
 
+    def is_like(number: int, other: int, rows: np.ndarray) -> np.ndarray:
+        """Which rows that lie on two surfaces are steps like those of the first."""
+        return is_even(number, rows) & plane.is_nearer(drawing, found[number], found[other], rows)
+
     for small, large in pairs():
         own = np.flatnonzero((owner == small) & is_on[large])
-        owner[own[is_even(large, own) & plane.is_nearer(drawing, found[large], found[small], own)]] = large
+        owner[own[is_like(large, small, own)]] = large
         own = np.flatnonzero((owner == large) & is_on[small])
-        owner[own[~is_even(large, own) & is_even(small, own)]] = small
+        owner[own[~is_like(large, small, own) & is_even(small, own)]] = small
     for small, large in pairs():
         meets = -plane.largest(-np.abs(found[large].shape.off(plane.flat))) <= LOOSE * drawing.tolerance
         own = np.flatnonzero(meets & np.isin(owner, (small, large)))
