@@ -33,8 +33,8 @@ from millprint.thesis.yields.evaluation import (
 from millprint.thesis.yields.experiments import read_rows
 from millprint.thesis.yields.features import YieldWeights
 from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
-from millprint.thesis.yields.new_conditions import load_averaged, load_model
 from millprint.thesis.yields.regressors import AVERAGED, BASELINES
+from millprint.thesis.yields.stored_models import load_averaged, load_model
 
 TEXT = ["scheme", "case", "distribution"]
 # The scheme of Table 5.6: the locked split, with models trained at the full search budget.

@@ -13,8 +13,9 @@ from millprint.config.yields import PredictionConfig, ProposalConfig, TrainingCo
 from millprint.run.files import write_table
 from millprint.run.job import job
 from millprint.thesis.yields.experiments import RUNNING, Mill, experiment_rows, read_experiments, region_conditions
-from millprint.thesis.yields.new_conditions import MillCurves, load_averaged, training_rows, write_predictions
+from millprint.thesis.yields.new_conditions import MillCurves, write_predictions
 from millprint.thesis.yields.proposals import count_reasons, propose, split_region
+from millprint.thesis.yields.stored_models import load_averaged, training_rows
 
 
 def propose_experiments(

@@ -20,7 +20,8 @@ from millprint.thesis.yields.averaging import fit_averaged
 from millprint.thesis.yields.experiments import DONE, Mill, check_region, experiment_rows, read_experiments, read_rows
 from millprint.thesis.yields.features import CONDITIONS
 from millprint.thesis.yields.groups import reference_of_mill, regime_rows
-from millprint.thesis.yields.new_conditions import MillCurves, save_averaged
+from millprint.thesis.yields.new_conditions import MillCurves
+from millprint.thesis.yields.stored_models import save_averaged
 
 
 def main(path: str, model_path: str, settings: AveragingConfig) -> None:

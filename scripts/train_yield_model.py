@@ -11,7 +11,7 @@ from millprint.config.yields import SearchConfig, TrainingConfig
 from millprint.run.job import job, progress
 from millprint.thesis.doe.factorial_designs import YIELD
 from millprint.thesis.yields.experiments import read_rows
-from millprint.thesis.yields.new_conditions import save_model
+from millprint.thesis.yields.stored_models import save_model
 from millprint.thesis.yields.yield_model import Trainer
 
 

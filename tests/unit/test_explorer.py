@@ -21,14 +21,8 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.observables.definitions import TARGET_DESCRIPTORS
 from millprint.thesis.doe.factorial_designs import YIELD
 from millprint.thesis.yields.averaging import fit_averaged
-from millprint.thesis.yields.new_conditions import (
-    explorer_yields,
-    load_averaged,
-    range_warnings,
-    save_averaged,
-    trained_ranges,
-    training_rows,
-)
+from millprint.thesis.yields.new_conditions import explorer_yields, range_warnings, trained_ranges
+from millprint.thesis.yields.stored_models import load_averaged, save_averaged, training_rows
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT, configuration
 from tests.unit.factor_samples import factors_of

@@ -26,11 +26,9 @@ from millprint.thesis.yields.new_conditions import (
     MillCurves,
     correlation_warnings,
     domain_warnings,
-    load_any,
     nearest_correlation,
-    save_averaged,
-    training_rows,
 )
+from millprint.thesis.yields.stored_models import load_any, save_averaged, training_rows
 from tests.unit.yield_settings import (
     CASES,
     CURVES,

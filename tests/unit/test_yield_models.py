@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.stats import multivariate_normal
 from sklearn.ensemble import RandomForestRegressor
@@ -10,6 +11,7 @@ from sklearn.gaussian_process.kernels import Matern
 from sklearn.model_selection import train_test_split
 from xgboost import XGBRegressor
 
+from millprint.config.errors import ConfigError
 from millprint.config.yields import SPACES, TRAININGS
 from millprint.run.files import read_json
 from millprint.thesis.claims.evidence import agrees
@@ -26,8 +28,9 @@ from millprint.thesis.yields.estimators import (
 from millprint.thesis.yields.evaluation import shap_values
 from millprint.thesis.yields.experiments import read_rows, read_split
 from millprint.thesis.yields.features import FEATURES, METRICS, Standardisation, YieldWeights, engineer, metrics
-from millprint.thesis.yields.new_conditions import load_model, predict_conditions, save_averaged, save_model
+from millprint.thesis.yields.new_conditions import MillCurves, predict_conditions
 from millprint.thesis.yields.regressors import REGRESSORS, models_of, regressor
+from millprint.thesis.yields.stored_models import load_any, load_model, save_averaged, save_model
 from millprint.thesis.yields.yield_model import DRAWN_AT_RANDOM, Trainer, draw, fit_model, minimise
 from tests.conftest import PRINTED
 from tests.unit.yield_settings import SPLIT, parts, settings
@@ -283,6 +286,18 @@ def test_every_kind_of_model_predicts_with_its_interval(models, kind):
     assert (table["lower_percent"] <= table["upper_percent"]).all()
     wider = predict_conditions(models[kind], rows, *arguments(0.95))
     assert (wider["upper_percent"] - wider["lower_percent"] >= table["upper_percent"] - table["lower_percent"]).all()
+
+
+def test_a_stored_model_and_the_curves_of_a_mill_are_not_taken_for_each_other(models, tmp_path):
+    curves = tmp_path / "curves.json"
+    table = pd.DataFrame({"fill_ratio": [0.1, 0.2], "Pn": 1.0, "Pt": 1.0, "f": 1.0})
+    MillCurves("mine", table, 7800.0, 0.017, (10.0,), (300.0, 1200.0)).write(curves)
+    for model in models.values():
+        assert load_any(model).predict(parts()[0]).shape == (len(parts()[0]),)
+        with pytest.raises(ConfigError, match="format"):
+            MillCurves.read(model)
+    with pytest.raises(ConfigError, match="format"):
+        load_any(str(curves))
 
 
 def test_conditions_outside_the_trained_ranges_are_refused_with_the_reason(models):

@@ -37,7 +37,7 @@ from millprint.thesis.yields.groups import (
     without_regime,
 )
 from millprint.thesis.yields.held_out import Prediction
-from millprint.thesis.yields.new_conditions import MillCurves, load_averaged, predict_conditions, training_rows
+from millprint.thesis.yields.new_conditions import MillCurves, predict_conditions
 from millprint.thesis.yields.proposals import (
     choose_centre,
     choose_for_learning,
@@ -50,6 +50,7 @@ from millprint.thesis.yields.proposals import (
     shortlist,
     split_region,
 )
+from millprint.thesis.yields.stored_models import load_averaged, training_rows
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.yield_settings import CASES, CURVES, MILL, REFERENCE, SCALES, all_runs, fit_member, parts, settings
 
