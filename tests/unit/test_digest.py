@@ -13,7 +13,7 @@ from millprint.run import digest
 PACKAGE = digest.PACKAGE
 
 SCRIPTS = sorted((Path(__file__).parents[2] / "scripts").glob("*.py"))
-KEPT = (digest.content_digest, digest._imports, digest.program_digest, digest.simulation_digest)
+KEPT = (digest.content_digest, digest.imports, digest.program_digest, digest.simulation_digest)
 
 FIRST = '''"""A module."""
 import logging

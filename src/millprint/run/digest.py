@@ -32,10 +32,9 @@ OUTSIDE = {
     *("config/errors.py", "config/fingerprint.py", "config/mill_sweep.py", "config/section.py"),
 }
 
-# An import anywhere in a file. A docstring that looks like an import only adds a dependency.
-IMPORT = re.compile(
-    r"^[ \t]*(?:from[ \t]+(millprint[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|.+)|import[ \t]+(millprint[\w.]*))", re.M
-)
+# An import anywhere in a file, or of the file itself. A docstring that looks like an import only adds a dependency.
+STATEMENT = r"(?:from[ \t]+(millprint[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|.+)|import[ \t]+(millprint[\w.]*))"
+ANYWHERE, AT_ONCE = (re.compile(f"^{before}{STATEMENT}", re.M) for before in (r"[ \t]*", ""))
 
 # An import of a file of a folder below the package by its name.
 OF_A_FOLDER = re.compile(r'import_module\(f"(millprint\.[\w.]+)\.\{')
@@ -44,7 +43,7 @@ OF_A_FOLDER = re.compile(r'import_module\(f"(millprint\.[\w.]+)\.\{')
 @cache
 def program_digest(script: str | Path) -> str:
     """The digest of a script of scripts/ and of what it imports from millprint."""
-    return _digest_of([Path(script)], _imports(Path(script)), set())
+    return _digest_of([Path(script)], imports(Path(script)), set())
 
 
 @cache
@@ -59,25 +58,25 @@ def _digest_of(files: list[Path], modules: set[str] | frozenset[str], outside: s
     waiting = set(modules)
     while waiting := waiting - seen - outside:
         seen |= waiting
-        waiting = {name for module in waiting for name in _imports(PACKAGE / module)}
+        waiting = {name for module in waiting for name in imports(PACKAGE / module)}
     for folder in {os.path.dirname(module) for module in seen}:
         seen.update(os.path.join(folder, name) for name in os.listdir(PACKAGE / folder) if name.endswith(TEMPLATES))
     contents = [content_digest(file) for file in [*files, *(PACKAGE / name for name in seen)]]
     return hashlib.sha256(b"".join(sorted(contents))).hexdigest()[:16]
 
 
-def of_a_folder(source: str) -> set[str]:
+def _of_a_folder(source: str) -> set[str]:
     """The modules of the folders of which a Python source imports files by their names."""
     folders = {package: PACKAGE.joinpath(*package.split(".")[1:]) for package in OF_A_FOLDER.findall(source)}
     return {f"{package}.{own.stem}" for package, folder in folders.items() for own in folder.glob("*.py")}
 
 
 @cache
-def _imports(file: Path) -> frozenset[str]:
-    """The millprint files that a Python file imports, also inside functions, with the packages that contain them."""
+def imports(file: Path, pattern: re.Pattern[str] = ANYWHERE) -> frozenset[str]:
+    """The millprint files that a Python file imports, with the packages that contain them; also inside functions."""
     source = file.read_text()
-    modules = of_a_folder(source)
-    for package, names, module in IMPORT.findall(source):
+    modules = _of_a_folder(source)
+    for package, names, module in pattern.findall(source):
         modules |= {module} if module else {package, *(f"{package}.{name}" for name in re.findall(r"\w+", names))}
     parts = {tuple(name.split(".")[1:]) for name in modules}
     folders = {part[:depth] for part in parts for depth in range(len(part) + 1)}

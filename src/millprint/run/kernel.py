@@ -21,7 +21,6 @@ from millprint.run.machine import CACHE_ROOT
 
 PACKAGE = Path(__file__).parents[1]
 KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate")
-IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
 MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker|merged)\b")
 
 
@@ -37,16 +36,13 @@ def kernel_files() -> list[Path]:
     Settings (millprint.config) reach kernels as arguments, and are left out, as is millprint.run.digest.
     """
     kernels = [file for folder in KERNEL_FOLDERS for file in (PACKAGE / folder).glob("*.py")]
-    found = {PACKAGE / "run/kernel.py", *(file for file in kernels if MAKERS.search(file.read_text()))}
-    to_read = list(found)
-    while to_read:
-        source = to_read.pop().read_text()
-        for module in {*IMPORTS.findall(source), *(name.split(".", 1)[1] for name in digest.of_a_folder(source))}:
-            file = PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
-            if file.is_file() and file not in found and not module.startswith(("config", "run.digest")):
-                found.add(file)
-                to_read.append(file)
-    return sorted(found)
+    found: set[str] = set()
+    waiting = {"run/kernel.py"}
+    waiting |= {str(file.relative_to(PACKAGE)) for file in kernels if MAKERS.search(file.read_text())}
+    while waiting := {name for name in waiting - found if not name.startswith(("config/", "run/digest"))}:
+        found |= waiting
+        waiting = {name for each in waiting for name in digest.imports(PACKAGE / each, digest.AT_ONCE)}
+    return sorted(PACKAGE / name for name in found)
 
 
 def kernel_digest() -> str:
