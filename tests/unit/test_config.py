@@ -26,6 +26,12 @@ def test_steps_are_in_the_names_of_their_cases_and_bounds_go_with_them():
     assert {(case.closure_max, case.rayleigh_fraction_max) for case in cases} == {(0.02, 0.4)}
 
 
+def test_charges_that_differ_by_a_ball_have_two_names():
+    fills = [0.10, 0.0018, 0.001784, 0.001819, 0.3, 0.30006]
+    cases = expand_sweep(SweepConfig(**SWEEP | {"fill_ratios": fills, "seeds": [0]}), DemConfig(**DEM), "emax")
+    assert len({case.path for case in cases}) == len(cases) == 2 * len(fills)
+
+
 @pytest.mark.parametrize(
     ("fill", "diameter", "count"), [(0.04, 10, 10), (0.10, 10, 24), (0.10, 5, 191), (0.40, 5, 764)]
 )

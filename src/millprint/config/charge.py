@@ -180,6 +180,11 @@ MEASURES = ("fill_ratio", "number", "mass_g", "bulk_filling")
 PACKING_FRACTION = 0.6
 
 
+def named_fill(fill_ratio: float) -> str:
+    """A fill ratio in the name of a case: two charges that differ by a ball have two names."""
+    return f"{fill_ratio:.6g}".ljust(4, "0")
+
+
 def fill_from(
     measure: str,
     value: Quantity,

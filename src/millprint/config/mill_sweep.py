@@ -18,6 +18,7 @@ from millprint.config.charge import (
     SpeedSection,
     check_charges,
     diameter_of,
+    named_fill,
 )
 from millprint.config.counting import RuleName
 from millprint.config.errors import ConfigError
@@ -372,7 +373,9 @@ def _filled(section: ConditionSection, volume_ml: float, density_kg_m3: float, p
 def _one_by_one(sweep: MillSweepConfig, conditions: Iterable[ConditionSection], place: str) -> MillSweepConfig:
     """A sweep of these conditions with the seeds and durations of another."""
     found = list(conditions)
-    named = (f"balls of {_named(each)}, fill ratio {each.fill_ratio:.4f}, {each.rpm:g} rpm" for each in found)
+    named = (
+        f"balls of {_named(each)}, fill ratio {named_fill(each.fill_ratio or 0)}, {each.rpm:g} rpm" for each in found
+    )
     if twice := first_repeated(named):
         raise ConfigError(f"{place}: two conditions are the same: {twice}; for a repetition give `seeds`")
     if len(fills := {each.fill_ratio for each in found}) < FEWEST_FILLS:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
-from millprint.config.charge import BallMixture, BallSize, check_charges, diameter_of, mixture_of
+from millprint.config.charge import BallMixture, BallSize, check_charges, diameter_of, mixture_of, named_fill
 from millprint.config.contact_set import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
 from millprint.config.errors import ConfigError
@@ -195,9 +195,8 @@ class Case(Section):
             "e": self.disturbance_m,
         }
         changes = "".join(f"_{letters}{value:g}" for letters, value in changed.items() if value is not None)
-        fill = f"{self.fill_ratio:.4f}".rstrip("0").ljust(4, "0")
         balls = self.mixture.name if self.mixture else f"d{1e3 * self.ball_diameter_m:g}"
-        return f"{balls}_f{fill}_n{60 * self.speed_hz:g}{changes}_s{self.seed}"
+        return f"{balls}_f{named_fill(self.fill_ratio)}_n{60 * self.speed_hz:g}{changes}_s{self.seed}"
 
     @property
     def sizes_m(self) -> tuple[float, ...]:
