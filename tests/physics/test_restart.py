@@ -9,6 +9,7 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem import run as runs
 from millprint.dem import simulation as simulations
 from millprint.dem.layout import SAMPLE
+from millprint.dem.ledger import OpenBalanceError
 from millprint.dem.recording import write_restart
 from millprint.dem.run import RESTART, run_case
 from millprint.dem.simulation import Simulation
@@ -40,14 +41,17 @@ def small_chunks(monkeypatch):
     make_small_chunks(monkeypatch)
 
 
-def kill_after(monkeypatch, chunks: int) -> None:
-    """Make the run die right after the n-th of its moments to write a restart file, which it writes."""
+def kill_after(monkeypatch, chunks: int, fraction: float | None = None) -> None:
+    """Make the run die right after the n-th of its moments to write a restart file, which it writes.
+
+    fraction: moments count with this step only, a fraction of the Rayleigh time.
+    """
     count = [0]
 
-    def write_and_die(*arguments):
-        count[0] += 1
+    def write_and_die(path, simulation, recording):
+        count[0] += fraction in (None, simulation.case.rayleigh_fraction)
         if count[0] == chunks:
-            write_restart(*arguments)
+            write_restart(path, simulation, recording)
             raise Killed
 
     monkeypatch.setattr(simulations, "write_restart", write_and_die)
@@ -194,6 +198,45 @@ def test_a_useless_restart_file_is_ignored(unbroken, mills, contacts, tmp_path, 
     if damage == "truncated":
         restart.write_bytes(restart.read_bytes()[: restart.stat().st_size // 2])
     assert run(tmp_path / "parts", mills, contacts)["ledger_J"] == whole["ledger_J"]
+
+
+@pytest.mark.slow
+def test_words_and_the_time_between_restart_files_lose_no_run(
+    unbroken, mills, contacts, tmp_path, monkeypatch, small_chunks, caplog
+):
+    """They decide no number, so that a stopped run goes on."""
+    _, whole = unbroken
+    with monkeypatch.context() as patched, pytest.raises(Killed):
+        kill_after(patched, 40)
+        run(tmp_path / "parts", mills, contacts)
+    other = {"emax": mills["emax"].model_copy(update={"title": "another"})}
+    monkeypatch.setitem(globals(), "DEM", DEM.model_copy(update={"restart_interval_s": 1e-3}))
+    with caplog.at_level("INFO", "millprint"):
+        assert run(tmp_path / "parts", other, contacts)["ledger_J"] == whole["ledger_J"]
+    assert "continuing from" in caplog.text
+
+
+@pytest.mark.slow
+def test_a_run_of_a_shortened_step_goes_on_with_it(mills, contacts, tmp_path, monkeypatch, small_chunks):
+    """Where the balance does not close with the first step, which is not simulated again after a stop."""
+    case, steps = CASE.model_copy(update={"rayleigh_fraction": 0.2}), []
+
+    def summarise(simulation, *arguments):
+        steps.append(simulation.case.rayleigh_fraction)
+        if steps[-1] == 0.2:
+            raise OpenBalanceError(0.1, 0.05, "", 0.5)
+        return summarised(simulation, *arguments)
+
+    summarised = runs.summarise
+    monkeypatch.setattr(runs, "summarise", summarise)
+    whole = run(tmp_path / "whole", mills, contacts, case)
+    assert steps == [0.2, 0.1]
+    with monkeypatch.context() as patched, pytest.raises(Killed):
+        kill_after(patched, 8, fraction=0.1)
+        run(tmp_path / "parts", mills, contacts, case)
+    assert steps == [0.2, 0.1, 0.2]
+    assert run(tmp_path / "parts", mills, contacts, case)["ledger_J"] == whole["ledger_J"]
+    assert steps == [0.2, 0.1, 0.2, 0.1]
 
 
 def test_other_jobs_do_not_change_a_run(mills, contacts):

@@ -1,10 +1,12 @@
 """The plan of a run: what its jobs take, and what is said about it."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from pydantic import ValidationError
 
+from millprint.cases import simulate as simulations
 from millprint.cases.simulate import simulate_each
 from millprint.cases.table import CaseTable, Why
 from millprint.config.checks import load_workflow
@@ -126,6 +128,20 @@ def test_a_run_continues_with_what_is_done_and_whole_and_repeats_what_changed(tm
     assert call(a=1, b=3, c=4)["b"] == {"power_W": 6.0} and made == [1, 2, 3, 4]
     lost.add("a")
     assert call(a=1, c=4)["c"] == {"power_W": 8.0} and made == [1, 2, 3, 4, 1]
+
+
+def test_a_run_is_repeated_where_the_code_of_its_simulation_changed(tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(simulations, "program_digest", lambda file: digests[Path(file).name])
+
+    def simulate(values: dict) -> dict:
+        made.append(values["seed"])
+        return {}
+
+    for digest in ("first", "first", "second"):
+        digests = {Path(__file__).name: digest}
+        simulate_each({"a": {"seed": 1}}, simulate, [DEM], "runs", tmp_path / "done")
+    assert made == [1, 1]
 
 
 def test_a_case_of_several_rows_is_simulated_as_the_first_of_them_says(monkeypatch):

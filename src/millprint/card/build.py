@@ -67,7 +67,7 @@ from millprint.fingerprint.readers import check_summary
 from millprint.mill.bodies import build_bodies
 from millprint.mill.wall_words import walls_in_words
 from millprint.observables.definitions import ON_CARD, POWER, POWER_PARTS, SHARE, STATISTICS, with_power
-from millprint.run.kernel import kernel_digest
+from millprint.run.digest import simulation_digest
 
 # Columns for each revolution: energies [J] and sums of squared contact energies [J2] by channel, and the numbers of
 # collisions, of collisions summed over the balls in them, and of strong contacts.
@@ -458,7 +458,7 @@ def build_card(
             "mill": _digest(mill),
             "contact_set": _digest(contact),
             "experiment": _digest(experiment),
-            "kernels": kernel_digest(),
+            "simulation": simulation_digest(),
         },
     )  # fmt: skip
     return card.model_copy(update={"methods": methods_paragraph(card)})

@@ -25,6 +25,7 @@ from millprint.config.errors import SimulationError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, overridden
 from millprint.dem.run import run_case
+from millprint.run.digest import program_digest
 from millprint.run.files import checksum_header, read_checksummed, whole_file
 from millprint.run.job import progress
 from millprint.run.kernel import kernel_digest
@@ -48,16 +49,17 @@ def simulate_each(
 ) -> dict[str, Values]:
     """What `simulate` gives for the values of every run, by the run's name.
 
-    shared: what all runs have in common, besides the code of the kernels. done: a sealed file to which each run is
-    written once it is done, and from which a stopped call continues with those that have the same name, values and
-    shared settings, and that are whole; it is left there, for the caller to remove once the results are written.
+    shared: what all runs have in common, besides the code of `simulate`. done: a sealed file to which each run is
+    written once it is done, and from which a stopped call continues with those that have the same name, values, code
+    and shared settings, and that are whole; it is left there, for the caller to remove once the results are written.
     cores: runs at a time; with several, `simulate` must be one that other processes can import. Raises SimulationError
     with the name of the run that failed.
     """
     identity, kept = "", {}
     if done:
         parts = [part if isinstance(part, str) else part.model_dump_json() for part in shared]
-        identity = hashlib.sha256(json.dumps([*parts, kernel_digest()]).encode()).hexdigest()
+        code = getattr(simulate, "func", simulate).__code__.co_filename
+        identity = hashlib.sha256(json.dumps([*parts, program_digest(code), kernel_digest()]).encode()).hexdigest()
         kept = _kept(Path(done), identity)
     waiting = {
         name: values

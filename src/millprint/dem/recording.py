@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import h5py
 import numpy as np
 
+from millprint.config.identity import dem_identity, shared_identity
 from millprint.dem import state
 from millprint.dem.contact_events import book_works, listed, write_collision
 from millprint.dem.law import get_of, put_of
@@ -36,6 +37,7 @@ from millprint.mill.kernel_columns import names_of, width_of
 from millprint.mill.motion import POSE
 from millprint.mill.vectors import dot, row, subtract
 from millprint.mill.walls import direction_to_body, to_body, wall_velocity
+from millprint.run.digest import simulation_digest
 from millprint.run.files import checksum_header, read_checksummed
 from millprint.run.hdf5 import whole_hdf5
 from millprint.run.kernel import inlined, inner, kernel, kernel_digest
@@ -391,9 +393,35 @@ def settings_of(simulation: "Simulation") -> dict[str, dict]:
 
 
 def identity(simulation: "Simulation") -> str:
-    """What must agree between a restart file and the run that continues it: configuration, shapes, kernels."""
-    shapes = hashlib.sha256(b"".join(body.vessel.vertices.tobytes() for body in simulation.bodies)).hexdigest()
-    return json.dumps({**settings_of(simulation), "kernels": kernel_digest(), "shapes": shapes}, sort_keys=True)
+    """What must agree between a restart file and the run that continues it: all that decides its numbers.
+
+    Tolerances are of it: until the run is finished, they decide whether its step is shortened, and when it fails.
+    """
+    case, mill, contact, dem = simulation.case, simulation.mill, simulation.contact, simulation.dem
+    parts = {
+        "case": case.model_dump(mode="json"),
+        "tolerances": [case.closure_max or dem.closure_max, dem.overlap_max],
+        **shared_identity(mill, contact, dem),
+        "dem": dem_identity(dem),
+        "code": [simulation_digest(), kernel_digest()],
+        "shapes": hashlib.sha256(b"".join(body.vessel.vertices.tobytes() for body in simulation.bodies)).hexdigest(),
+    }
+    return json.dumps(parts, sort_keys=True)
+
+
+def recorded_fraction(path: str | Path) -> float | None:
+    """The step of a restart file as a fraction of its law's scale [-]; None without a file that can be read."""
+    try:
+        with h5py.File(path, "r") as file:
+            return json.loads(file.attrs["identity"])["case"]["rayleigh_fraction"]
+    except (OSError, KeyError, ValueError):
+        return None
+
+
+def continues(path: str | Path, simulation: "Simulation") -> bool:
+    """Whether a simulation is that of a restart file, which can be read."""
+    with h5py.File(path, "r") as file:
+        return file.attrs["identity"] == identity(simulation)
 
 
 def write_restart(path: str | Path, simulation: "Simulation", recording: Recording) -> None:

@@ -24,7 +24,7 @@ from millprint.dem.collisions import (
 )
 from millprint.dem.laws.registry import law_of
 from millprint.dem.ledger import OpenBalanceError, check_balance, ledger_series, ledger_summary
-from millprint.dem.recording import Recording
+from millprint.dem.recording import Recording, continues, recorded_fraction
 from millprint.dem.simulation import GoesOn, Simulation
 from millprint.dem.store import write_run
 from millprint.dem.turns import (
@@ -248,7 +248,8 @@ def run_case(
         with use_threads(cores) if simulation.threads > 1 else nullcontext():
             return simulation.run(case.path, restart, _goes_on(simulation))
 
-    simulation, recording, series, table, summary = _closing(case, mill, contact, dem, recorded)
+    begun = _begun(case, mill, contact, dem, restart)
+    simulation, recording, series, table, summary = _closing(case, mill, contact, dem, recorded, begun)
     if simulation.begin_step > simulation.first_begin_step:
         logger.info("powers were not steady before %.3g turns", simulation.begin_s * simulation.frequency_hz)
     logger.info(
@@ -269,17 +270,31 @@ def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfi
     return _closing(case, mill, contact, dem, lambda own: own.run(title, goes_on=_goes_on(own)))[-1]
 
 
+def _begun(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, restart: Path) -> Case | None:
+    """The case with a shorter step, if it was stopped after its step had been shortened."""
+    fraction = recorded_fraction(restart)
+    if fraction is None or not fraction < (case.rayleigh_fraction or 0.0):
+        return None
+    shorter = case.model_copy(update={"rayleigh_fraction": fraction})
+    return shorter if continues(restart, Simulation(shorter, mill, contact, dem)) else None
+
+
 def _closing(
-    case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, recorded: Callable[[Simulation], Recording]
+    case: Case,
+    mill: MillConfig,
+    contact: ContactConfig,
+    dem: DemConfig,
+    recorded: Callable[[Simulation], Recording],
+    begun: Case | None = None,
 ) -> tuple[Simulation, Recording, pd.DataFrame, pd.DataFrame, dict]:
     """A simulation whose energy balance closes, its recording, ledger, collisions and summary; recorded: runs it.
 
     A step that is given as a fraction of the law's scale is what suits most mills: where the balance does not close
     with it, and a shorter one helps, that is taken, SHORTENED times and to SHORTEST of the first. The case of the
-    summary and of run.h5 has the fraction that was taken. A step that is given in seconds stays. Raises SimulationError
-    as `run_case`.
+    summary and of run.h5 has the fraction that was taken. A step that is given in seconds stays. begun: the case of a
+    stopped run whose step had been shortened. Raises SimulationError as `run_case`.
     """
-    first = case.rayleigh_fraction or 0.0
+    first, case = case.rayleigh_fraction or 0.0, begun or case
     for attempt in range(SHORTENED + 1):
         simulation = Simulation(case, mill, contact, dem)
         recording = recorded(simulation)
