@@ -13,10 +13,8 @@ from millprint.dem.case_checks import (
     check_room,
     check_step_and_cost,
     checked_bodies,
-    cost,
 )
-from millprint.dem.laws.registry import step_scale
-from millprint.dem.resources import requested_step
+from millprint.dem.resources import resources_of
 from millprint.dose.wear import read_materials
 from millprint.fingerprint.sweep_checks import SpeedSetting, check_speeds, speed_warnings, with_paces
 
@@ -63,13 +61,5 @@ def check_cases(
         check_step_and_cost(config, mill, contact, case, bodies[mill.name], told)
     check_room(cases, mills, bodies, place)
     check_mixtures(cases, mills, bodies, place)
-    seconds = sum(seconds_of(case, mill, contact, config) for case in cases)
+    seconds = sum(resources_of(case, config.dem, mill, contact).processor_s for case in cases)
     return speed_warnings(speeds), seconds
-
-
-def seconds_of(case: Case, mill: MillConfig, contact: ContactConfig, config: WorkflowConfig) -> float:
-    """Time of a case on one core [s], to an order of magnitude."""
-    body = checked_bodies({mill.name: mill})[mill.name]
-    step = requested_step(case, config.dem, step_scale(contact, min(case.sizes_m) / 2))
-    turns = max(own.motion.frequency_hz for own in body) * case.speed_hz
-    return 86_400 * cost(case, config.dem, body[0].vessel, mill.volume_ml * 1e-6, step, turns)[0]

@@ -10,15 +10,15 @@ from millprint.config.charge import BallMixture
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig
-from millprint.config.sweep import Case, DemConfig, ball_count
+from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.laws.registry import law_of, step_scale
 from millprint.dem.packing import capacity, pack_mixture, room_in_words, widest_ball, widest_in_mm
 from millprint.dem.resources import (
-    BALL_STEP_S,
+    LIKELY_BALL_STEP_S,
     OCCUPANCY_CELL_M,
     SNAPSHOT_COLUMNS,
-    aligned_step,
+    ball_steps,
     check_cohesion,
     largest_fraction,
     requested_step,
@@ -41,28 +41,16 @@ def sites_of(vessel: Vessel, diameter_m: float) -> float:
     return math.sqrt(2) * float(np.prod((high - low) / diameter_m))
 
 
-def cost(
-    case: Case, dem: DemConfig, vessel: Vessel, volume_m3: float, step_s: float, frequency_hz: float
-) -> tuple[float, float]:
-    """Days on one core and bytes in memory that a case takes, to an order of magnitude.
-
-    step_s: the requested step [s]; frequency_hz: turns of the mill in a second.
-    """
-    balls = ball_count(case.fill_ratio, volume_m3, case.ball_diameter_m)
-    window = max(case.window_s, case.window_max_s or 0.0)
-    sample = (1 / frequency_hz if frequency_hz else case.window_s) / dem.ledger_samples_per_revolution
+def recorded_bytes(case: Case, vessel: Vessel, balls: int, sample_s: float) -> float:
+    """Bytes in memory that a case records, to an order of magnitude; sample_s: time between energy samples [s]."""
     # A window holds at least one sample, even in a slow mill.
-    window = max(window, sample)
-    interval = case.snapshot_interval_s or sample
-    # A step so small that their ratio is not finite stays as it is.
-    step = aligned_step(step_s, interval)[0] if interval < 1e15 * step_s else step_s
-    days = (case.settle_s + case.discard_s + window) / step * balls * BALL_STEP_S / 86_400
+    window = max(case.window_s, case.window_max_s or 0.0, sample_s)
     low, high = vessel.bounds
-    values = window / sample * LEDGER_COLUMNS
+    values = window / sample_s * LEDGER_COLUMNS
     values += float(np.prod((high - low)[:2] / OCCUPANCY_CELL_M + 1)) * OCCUPANCY_COLUMNS
     if case.snapshot_interval_s:
-        values += window / max(case.snapshot_interval_s, step) * balls * SNAPSHOT_COLUMNS
-    return days, 8 * values
+        values += window / case.snapshot_interval_s * balls * SNAPSHOT_COLUMNS
+    return 8 * values
 
 
 def fills_of_media(cases: Iterable[Case]) -> dict[tuple[str, float], set[float]]:
@@ -192,7 +180,10 @@ def check_step_and_cost(
     except SimulationError as error:
         raise ConfigError(str(error)) from None
     frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_hz
-    days, size = cost(case, config.dem, bodies[0].vessel, mill.volume_ml * 1e-6, step, frequency)
+    balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_m)
+    days = ball_steps(case, config.dem, contact, balls)[1] * LIKELY_BALL_STEP_S / 86_400
+    sample = (1 / frequency if frequency else case.window_s) / config.dem.ledger_samples_per_revolution
+    size = recorded_bytes(case, bodies[0].vessel, balls, sample)
     if days > MOST_DAYS:
         raise ConfigError(
             f"{place}: case {case.path} would take about {days:.2g} days on one core (limit {MOST_DAYS}); "

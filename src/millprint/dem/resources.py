@@ -164,28 +164,41 @@ class Resources:
         return min(attempt * self.runtime_min, self.runtime_max_min)
 
 
+def ball_steps(case: Case, dem: DemConfig, contact: ContactConfig, balls: int) -> tuple[float, float]:
+    """Balls times steps of a case as it is likely to run, and with the longest window.
+
+    contact: the set as the case runs it. A whole number of steps makes the time between snapshots.
+    """
+    scale = step_scale(contact, min(case.sizes_m) / 2)
+    longer, step = run_up_step(case, dem, scale), requested_step(case, dem, scale)
+    # Of a step so small that their ratio is not finite, any number does.
+    if case.snapshot_interval_s and case.snapshot_interval_s < 1e15 * step:
+        longer = step = aligned_step(step, case.snapshot_interval_s)[0]
+    before = (case.settle_s + case.discard_s) / longer
+    windows = case.window_s, max(case.window_s, case.window_max_s or 0.0)
+    return balls * (before + windows[0] / step), balls * (before + windows[1] / step)
+
+
 def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactConfig) -> Resources:
     """Estimate a case by its balls, its steps and what it records. Raises ConfigError as `overridden`."""
     _, contact = overridden(case, mill, contact)
-    scale = step_scale(contact, min(case.sizes_m) / 2)
     balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_m)
     window = max(case.window_s, case.window_max_s or 0.0)
-    before, step = (case.settle_s + case.discard_s) / run_up_step(case, dem, scale), requested_step(case, dem, scale)
+    likely, most = ball_steps(case, dem, contact, balls)
     snapshots = window / case.snapshot_interval_s if case.snapshot_interval_s else 0
     collisions = min(balls * window * COLLISIONS_HZ, COLLISION_ROWS_MAX)
     recorded = balls * snapshots * SNAPSHOT_COLUMNS * 8 + collisions * COLLISION_BYTES
-    seconds = balls * (before + window / step) * BALL_STEP_S
     # A table with more collisions than it may have is not written.
     rows = balls * case.window_s * COLLISIONS_HZ
     stored = (rows if rows < COLLISION_ROWS_MAX else 0) * STORED_COLLISION_BYTES
     stored += balls * snapshots * STORED_SNAPSHOT_BYTES
     return Resources(
-        runtime_min=runtime_of(seconds),
+        runtime_min=runtime_of(most * BALL_STEP_S),
         runtime_max_min=math.ceil(60 * dem.runtime_max_h),
         memory_mb=BASE_MB + math.ceil((COPIES * recorded + balls * BALL_BYTES) / 1e6),
         threads=threads_of(case, dem),
-        processor_s=LIKELY_START_S + balls * (before + case.window_s / step) * LIKELY_BALL_STEP_S,
-        processor_max_s=LIKELY_START_S + balls * (before + window / step) * LIKELY_BALL_STEP_S,
+        processor_s=LIKELY_START_S + likely * LIKELY_BALL_STEP_S,
+        processor_max_s=LIKELY_START_S + most * LIKELY_BALL_STEP_S,
         disk_mb=stored / 1e6,
     )
 
