@@ -424,7 +424,8 @@ def straightened(hollow: Hollow, facets: int, rounding: float) -> Hollow | None:
     have it, and two that are bent one way if they join in an edge of the other way.
 
     The same where a line joins an arc whose first step goes on along it, since such facets are one. A mesh of `facets`
-    draws both hollows: which one is meant, a file of that rounding does not say.
+    draws both hollows: which one is meant, a file of that rounding does not say. Of an extruded arc with fewer than
+    FEWEST_STEPS left, each is a side of a prism.
     """
     pieces, lines, is_other = list(hollow.pieces), {}, False
 
@@ -446,8 +447,13 @@ def straightened(hollow: Hollow, facets: int, rounding: float) -> Hollow | None:
             pieces[number] = Piece(first.start, begin, first.sweep * (1 - left_out)) if first.sweep else line
             pieces[following] = Piece(end, second.end, second.sweep * (1 - begun)) if second.sweep else line
             if first.sweep and second.sweep:
-                lines[number] = line
-    made = [part for k, piece in enumerate(pieces) for part in (piece, lines.get(k)) if part]
+                lines[number] = [line]
+    made: list[Piece] = []
+    for number, piece in enumerate(pieces):
+        steps = round(1 / step(number))
+        is_prism = piece.sweep and not hollow.is_turned and steps < FEWEST_STEPS
+        sides = pairwise(piece.at(np.linspace(0, 1, steps + 1))) if is_prism else []
+        made += [*([Piece(*ends) for ends in sides] or [piece]), *lines.get(number, [])]
     return replace(hollow, pieces=tuple(made)) if is_other else None
 
 
