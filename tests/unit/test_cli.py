@@ -1,14 +1,19 @@
 """The command `millprint`: its help, what it refuses, the mills that it describes, the commands that it runs."""
 
+import os
+import signal
 import subprocess
+import sys
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 
 from millprint.cli import engine
-from millprint.cli.commands import main
+from millprint.cli.commands import INTERRUPTED, main
 from millprint.cli.new_mill import completed, filled, fractions, kinds, questions, read_template
 from millprint.cli.plan_run import with_targets_first
 from millprint.config import included
@@ -27,12 +32,37 @@ def ran(monkeypatch) -> list[list[str]]:
     """The commands that would have run, without the Python that runs them."""
     commands: list[list[str]] = []
 
-    def run(words: list[str], check: bool) -> subprocess.CompletedProcess:
+    def started(words: list[str]) -> SimpleNamespace:
         commands.append(words[1:])
-        return subprocess.CompletedProcess(words, 0)
+        return SimpleNamespace(wait=lambda: 0, returncode=0)
 
-    monkeypatch.setattr(engine.subprocess, "run", run)
+    monkeypatch.setattr(engine.subprocess, "Popen", started)
     return commands
+
+
+def test_an_interrupted_run_ends_when_snakemake_has_tidied_up(tmp_path):
+    """It takes more than the quarter of a second after which Python's `subprocess.run` kills it."""
+    program = """
+import pathlib, sys, time
+pathlib.Path("begun").touch()
+try:
+    time.sleep(60)
+except KeyboardInterrupt:
+    time.sleep(1)
+    pathlib.Path("tidy").touch()
+    sys.exit(1)
+"""
+    waits = f"""
+import subprocess, sys
+from millprint.cli.engine import waited_for
+sys.exit(waited_for(subprocess.Popen([sys.executable, "-c", {program!r}])))
+"""
+    with subprocess.Popen([sys.executable, "-c", waits], cwd=tmp_path, start_new_session=True) as process:
+        while not (tmp_path / "begun").exists() and process.poll() is None:
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGINT)
+        assert process.wait(timeout=30) == INTERRUPTED
+    assert (tmp_path / "tidy").exists()
 
 
 @pytest.mark.parametrize(("words", "parts"), refusals("what_is_wrong_is_one_line"))

@@ -45,15 +45,18 @@ def test_balls_without_room_are_refused_before_any_job(project):
     assert "Traceback" not in done.stdout
 
 
-def test_valid_input_is_checked_only_once(settings, monkeypatch):
-    """What has passed is checked again only after a change of a file that it names; what is refused, every time."""
+def test_valid_input_is_checked_only_once(settings, monkeypatch, capsys):
+    """What has passed is checked again only after a change of a file that it names; what is refused, every time.
+
+    Its warnings are given again.
+    """
     monkeypatch.chdir(settings)
     config, mills, contacts, _ = load_workflow(read_yaml(CONFIG), [CONFIG])
     statuses, asked = [0, 1, 1], []
 
     def process(command, **_) -> subprocess.CompletedProcess:
         asked.append(command)
-        return subprocess.CompletedProcess(command, statuses[len(asked) - 1])
+        return subprocess.CompletedProcess(command, statuses[len(asked) - 1], stderr="warning: fast\n")
 
     def check() -> None:
         check_once.check_once(config, mills, contacts, CONFIG, "python", [])
@@ -62,6 +65,7 @@ def test_valid_input_is_checked_only_once(settings, monkeypatch):
     check()
     check()
     assert len(asked) == 1
+    assert capsys.readouterr().err.count("warning: fast") == 2
     with (settings / "config/data/wear.tsv").open("a") as table:
         table.write("a line more")
     for count in (2, 3):

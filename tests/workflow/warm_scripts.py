@@ -90,7 +90,8 @@ def fork_scripts() -> None:
             file.flush()
             words = command[command.index(CHECK) :]
             status = status_of({"words": words, "environment": dict(os.environ), "given": file.name})
-        return CompletedProcess(command, status)
+        # What it says is printed already.
+        return CompletedProcess(command, status, stderr="")
 
     run, subprocess.run = subprocess.run, run_command
     PythonScript.execute_script = execute_script

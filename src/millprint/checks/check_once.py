@@ -1,7 +1,7 @@
 """Checks the input that needs geometry or physics, before the first job and in a process that imports the libraries.
 
 The Snakefile starts this process when a run starts, or a dry run has its jobs, so that reading the Snakefile stays
-fast. A check that has passed leaves a file named after the digest of its input, and is not repeated.
+fast. A check that has passed leaves a file with its warnings, named after the digest of its input, and is not repeated.
 """
 
 import hashlib
@@ -59,12 +59,15 @@ def check_once(
     shapes = [file for mill in mills.values() for file in mill.source_files]
     passed = PASSED / _digest(content, [*(path for _, path in named_files(config)), *shapes], [CHECK, *further])
     if passed.exists():
+        print(passed.read_text(), end="", file=sys.stderr, flush=True)
         return
     print("checking geometry, balls, time steps and tables", file=sys.stderr, flush=True)
-    if subprocess.run([python, "-m", CHECK, *further], input=content, text=True).returncode:
+    done = subprocess.run([python, "-m", CHECK, *further], input=content, text=True, stderr=subprocess.PIPE)
+    print(done.stderr, end="", file=sys.stderr, flush=True)
+    if done.returncode:
         raise SystemExit(1)
     passed.parent.mkdir(parents=True, exist_ok=True)
-    passed.touch()
+    passed.write_text(done.stderr)
 
 
 class DryRunCheck(logging.Filter):

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
 
-from millprint.cli.commands import PIPE
+from millprint.cli.commands import INTERRUPTED, PIPE
 from millprint.config.arguments import values_of
 from millprint.config.errors import ConfigError
 from millprint.config.load import YAML
@@ -93,9 +93,19 @@ def run_workflow(words: Sequence[str]) -> int:
     # Whoever reads what is printed may end first, such as `head`: then Snakemake ends too.
     prints = any(PRINTS.fullmatch(word) for word in words)
     program = ["-c", ENDS_WITH_READER] if prints else ["-m", "snakemake"]
-    try:
-        status = subprocess.run([sys.executable, *program, *words], check=False).returncode
-        return PIPE if status == -signal.SIGPIPE else status
-    except KeyboardInterrupt:
-        # Snakemake got the signal too, and says itself what it stopped.
-        return 130
+    status = waited_for(subprocess.Popen([sys.executable, *program, *words]))
+    return PIPE if status == -signal.SIGPIPE else status
+
+
+def waited_for(process: subprocess.Popen) -> int:
+    """The exit status of a process of this terminal, however often it is interrupted.
+
+    Each interrupt went to that process too: Snakemake then ends its jobs and removes its lock, which takes seconds, and
+    says itself what it stopped. `subprocess.run` would kill it after a quarter of a second.
+    """
+    interrupted = False
+    while True:
+        try:
+            return INTERRUPTED if process.wait() and interrupted else process.returncode
+        except KeyboardInterrupt:
+            interrupted = True

@@ -289,6 +289,8 @@ SCRIPT = re.compile(r"Command '.*\.(\w+)\.py' died with <Signals\.(\w+)")
 # A line of a job's own log.
 ERROR = re.compile(r"^\S+ \S+ ERROR (.+)$", re.MULTILINE)
 SHOWN_JOBS = 5
+# What Snakemake says after Ctrl-C; jobs that it ended may be told as failed then.
+STOPPED, GOES_ON = "Terminating processes on user request", "the same command goes on where it stopped"
 # What a job or Snakemake says where a disk is full, a quota used up, or nothing can be written.
 NO_ROOM = re.compile(r"no space left|quota (?:is used up|exceeded)|read-only file system", re.IGNORECASE)
 MAKE_ROOM = "make room on the disk of the results, and the same command goes on where it stopped"
@@ -325,6 +327,8 @@ def failure_lines(snakemake_logs: Sequence[str | Path]) -> list[str]:
     """The failed jobs of a run, and what to try, even if the logs of Snakemake name no failed job."""
     text = "".join(Path(log).read_text(errors="replace") for log in snakemake_logs if Path(log).is_file())
     failures, killed = failures_of(text), {signal for _, signal in SCRIPT.findall(text)}
+    if STOPPED in text:
+        return ["", f"stopped: what was finished before is kept; {GOES_ON}"]
     lines = ["", f"failed: {len(failures)} {'job' if len(failures) == 1 else 'jobs'}; what was finished before is kept"]
     for each in failures[:SHOWN_JOBS]:
         lines.append(f"  {each.rule}{f' for {each.output}' if each.output else ''}")
@@ -341,7 +345,7 @@ def advice(signals: set[str]) -> str:
     if "SIGKILL" in signals:
         return "a job was killed from outside, most often for lack of memory: the same command with fewer --cores"
     if signals & {"SIGTERM", "SIGINT"}:
-        return "the run was stopped: the same command goes on where it stopped"
+        return f"the run was stopped: {GOES_ON}"
     return "fix what the log says, then the same command goes on; snakemake -n says what is left to do"
 
 
