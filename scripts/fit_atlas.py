@@ -1,7 +1,7 @@
 """Fits the atlas to its simulations, and compares it with other models on mills that each has not seen.
 
 Settings: the kinds.
-Inputs: `simulations`.
+Inputs: `simulations`; `included`, the mills and fingerprints of the scaling law.
 Outputs: `model`, `comparison`, `learning`.
 """
 

@@ -1,7 +1,7 @@
 """Asks the atlas, once it is fitted, for the mills that no model has seen.
 
 Settings: the kinds.
-Inputs: `simulations`, `model`.
+Inputs: `simulations`, `model`; `included`, the mills and fingerprints of the scaling law.
 Outputs: `errors`, by kind and model; `regions`, by kind and tenth of the fill ratio.
 """
 

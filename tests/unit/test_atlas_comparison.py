@@ -1,6 +1,7 @@
 """What the atlas's tables of errors say, of models whose errors are known."""
 
 import math
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -146,3 +147,18 @@ def test_the_scaling_law_says_of_the_included_mill_what_its_fingerprint_does(row
         scale = MIXER.scales(condition)[PREDICTED[name]]
         # The nominal volume of the jar, and so the fill ratio, is 0.25 % off.
         assert told[name][0] == pytest.approx(math.log(known[name].value / scale), abs=3e-3)
+
+
+def test_the_scaling_law_does_not_depend_on_what_lies_in_the_folder(rows, tmp_path, monkeypatch):
+    """A run of a mill of the same name, and that mill."""
+    few = rows.some(np.arange(5))
+    expected = scaling_law(MIXER, rows, few)
+    run, mill = tmp_path / "results/mills/mixer/fingerprint.json", tmp_path / "config/mills/mixer.yaml"
+    run.parent.mkdir(parents=True)
+    mill.parent.mkdir(parents=True)
+    shutil.copy(ROOT / "config/fingerprints/spex.json", run)
+    mill.write_text((ROOT / "config/mills/mixer.yaml").read_text().replace("amplitude_deg: 8.8", "amplitude_deg: 12"))
+    monkeypatch.chdir(tmp_path)
+    found = scaling_law(MIXER, rows, few)
+    for name, values in expected.items():
+        assert found[name].tolist() == values.tolist()

@@ -3,6 +3,12 @@
 ATLAS = f"{RESULTS}/atlas"
 # Rows of a job: a simulation takes a second or two, about as long as it takes Snakemake to start a few jobs.
 ATLAS_BATCH = 25
+# The scaling law, with which the atlas is compared, is that of the included mills, whatever this folder has.
+ATLAS_INCLUDED = [
+    shipped(path)
+    for kind in CONFIG.atlas.kinds
+    for path in (f"config/mills/{kind}.yaml", f"config/fingerprints/{kind}.json")
+]
 
 
 # The rows of the included table that were made with the present settings and physics are not simulated again.
@@ -53,6 +59,7 @@ rule tabulate_atlas:
 rule fit_atlas:
     input:
         simulations=rules.tabulate_atlas.output.table,
+        included=ATLAS_INCLUDED,
     output:
         model=f"{ATLAS}/model.json",
         comparison=f"{ATLAS}/comparison.tsv",
@@ -74,6 +81,7 @@ rule judge_atlas:
     input:
         simulations=rules.tabulate_atlas.output.table,
         model=rules.fit_atlas.output.model,
+        included=ATLAS_INCLUDED,
     output:
         errors=f"{ATLAS}/errors.tsv",
         regions=f"{ATLAS}/regions.tsv",

@@ -29,9 +29,10 @@ from millprint.atlas.atlas_model import (
 )
 from millprint.atlas.fit_atlas import Rows, fit_hits, fit_surface, of_number, scaled
 from millprint.atlas.kind_groups import Kind
-from millprint.config.included import SOURCES, load_mill
+from millprint.config.included import load_mill
+from millprint.config.load import MILL_FOLDER, shipped
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.readers import find_fingerprint
+from millprint.fingerprint.readers import FOLDER
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import PREDICTED as PREDICTED_BY_CURVES
 
@@ -63,12 +64,12 @@ def of_radius(condition: Mapping[str, float], radius_mm: float) -> dict[str, flo
 
 
 def scaling_law(kind: Kind, training: Rows, test: Rows) -> Answer:
-    """The fingerprint of the included mill of the kind, by its scales.
+    """The fingerprint of the included mill of the kind, by its scales, whatever the working folder has of that name.
 
     In a jar of its own radius, since its measured exponents of speed and diameter keep no groups.
     """
-    fingerprint = Fingerprint.read(find_fingerprint(kind.name, sources=SOURCES))
-    built = kind.recognised(load_mill(kind.name)) or {}
+    fingerprint = Fingerprint.read(str(shipped(f"{FOLDER}/{kind.name}.json")))
+    built = kind.recognised(load_mill(str(shipped(f"{MILL_FOLDER}/{kind.name}.yaml")))) or {}
     conditions = [of_radius(kind.condition_of(row), built["radius_mm"]) for row in test.table.to_dict("records")]
     travel_of = kind.travel_m or kind.stroke_m
     travel = np.array([travel_of(row) for row in conditions]) / travel_of(built) * fingerprint.about["amplitude_m"]
