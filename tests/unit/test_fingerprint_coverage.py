@@ -21,6 +21,7 @@ from millprint.fingerprint.coverage import (
     predict_held_out,
     sum_coverage,
 )
+from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import (
     NO_SAMPLING,
@@ -37,7 +38,7 @@ from millprint.mill.vessel import build_vessel
 from millprint.observables.definitions import CURVES
 from millprint.run.files import read_table
 from tests.new_jars import DRAWN, JARS, write_folder
-from tests.unit.synthetic_mill import VOLUME, descriptors
+from tests.unit.synthetic_mill import VOLUME, descriptors, still, summary
 
 FILLS, SPEEDS = np.geomspace(0.05, 0.35, 9), (10.0, 15.0)
 DRAWS, PLACES, TURNS = 12, 60, 6
@@ -172,6 +173,22 @@ def test_new_simulations_are_counted_against_the_band_of_a_new_simulation():
     assert total.loc[("all", "powers"), ["conditions", "held"]].tolist() == [4 * len(table), 2 * len(table)]
     assert total.loc[("all", "powers"), "covered"] == 0.5
     assert total.loc[("all", "powers"), "covered_lower"] < 0.5 < total.loc[("all", "powers"), "covered_upper"]
+
+
+@pytest.mark.parametrize(
+    ("still_at", "hit_at", "asked", "counted"),
+    [
+        ((0.04, 0.06, 0.10), (), still(0.05), {"P": 1, "Pw": 1}),
+        ((0.04, 0.06), (0.11, 0.15, 0.20), summary(0.07), {}),
+    ],
+    ids=["nothing hits", "between no hits and some"],
+)
+def test_bands_that_are_not_known_are_not_counted(still_at, hit_at, asked, counted):
+    runs = [*map(still, still_at), *map(summary, hit_at)]
+    own = Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)
+    new = tabulate_descriptors([asked], "gap_0_03").assign(seed=1000)
+    found = count_held_out(own, predict_held_out(own, new))
+    assert {row["quantity"]: row["conditions"] for row in found.to_dict("records")} == counted
 
 
 @pytest.mark.slow

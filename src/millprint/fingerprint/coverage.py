@@ -101,12 +101,14 @@ def predict_held_out(fingerprint: Fingerprint, descriptors: pd.DataFrame) -> pd.
 def count_held_out(fingerprint: Fingerprint, predicted: pd.DataFrame) -> pd.DataFrame:
     """Rows of `tabulate_coverage` with NEW as what is left out: each quantity, and `powers`, normal and tangential.
 
-    Only bands that are known are counted.
+    Only bands that are known are counted; a quantity has no row without any, as has a part where nothing hits.
     """
     rows, processes = [], fingerprint.processes
     known = predicted.dropna(subset=["lower", "upper"])
     for name, names in {"powers": POWERS, **{name: (name,) for name in processes}}.items():
         own = known[known["quantity"].isin(names)]
+        if own.empty:
+            continue
         errors, below, above = (
             np.log(own[end] / own["predicted"]).to_numpy(dtype=float) for end in ("value", "lower", "upper")
         )
