@@ -140,7 +140,8 @@ def test_chance_alone_rarely_fails_a_step():
     assert sum(series["largest_step_s"] < 4e-6 for series in choice["series"]) <= 11
 
 
-def test_no_step_passes_where_the_finest_leaves_the_balance_open():
-    choice = choose_step(table_of(sweep(closure=1e4)), SETTINGS, taken(5e-7))
+@pytest.mark.parametrize("closure", [1e4, np.nan])
+def test_no_step_passes_where_the_finest_leaves_the_balance_open(closure):
+    choice = choose_step(table_of(sweep(closure=closure)), SETTINGS, taken(5e-7))
     assert choice["series"][0]["largest_step_s"] is None and choice["verdict"] == "differs"
     assert "no step agrees" in in_words(choice)

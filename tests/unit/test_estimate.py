@@ -148,6 +148,18 @@ def test_a_claim_of_a_range_holds_if_the_whole_interval_does(lower, upper, allow
         assert judge(Estimate(value, "W"), allowed).agrees == allowed.holds(value)
 
 
+@pytest.mark.parametrize("ends", [(math.nan, 1.0), (1.0, math.nan), (math.nan, math.nan)])
+def test_what_is_not_a_number_decides_nothing(ends):
+    own = made(1.0, *ends)
+    for claim in (Allowed(0.0, 2.0), Allowed(5.0), made(1.0, 0.0, 2.0), Estimate(9.0, "W")):
+        assert judge(own, claim).word == OPEN
+        assert judge(Estimate(math.nan, "W"), claim).word == OPEN
+    for claim in (Allowed(*ends), made(9.0, *ends)):
+        assert judge(made(1.0, 0.0, 2.0), claim).word == OPEN
+    # A known interval of a value that is not told decides on a range.
+    assert judge(made(math.nan, 1.0, 2.0), Allowed(0.0, 3.0)).word == AGREES
+
+
 def test_a_repeat_that_failed_is_a_miss():
     def judged(failed, lower, upper):
         return judge(made(lower, lower, upper, "repeats", of=5, failed=failed), Allowed(upper=2.78))

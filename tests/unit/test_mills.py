@@ -28,6 +28,7 @@ from millprint.fingerprint.mill_collapse import (
     BY_LAW,
     BY_NONE,
     BY_OWN,
+    UNFITTED,
     compare_run,
     one_row_a_mill,
     tabulate_mill_collapse,
@@ -181,6 +182,13 @@ def test_other_exponents_of_the_power_are_found_and_reported():
     slow = tabulate_mill_collapse(descriptors(speeds=(600.0,)), 0.95).set_index("quantity")
     assert np.isnan(slow.loc["wall_power_per_ball_W", "omega"])
     assert slow.loc["wall_power_per_ball_W", "d"] == pytest.approx(3)
+
+
+def test_two_conditions_tell_that_the_scaling_fails_and_not_which_exponents_hold():
+    runs = [summary(0.1, 10.0, speed, factor=speed / 600) for speed in (600.0, 1200.0)]
+    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95).set_index("quantity")
+    power = table.loc["wall_power_per_ball_W"]
+    assert (power["collapse"], power["reason"]) == ("differs", UNFITTED)
 
 
 def test_a_regime_that_changes_is_said_not_to_collapse():

@@ -122,6 +122,15 @@ def test_scores_of_a_source_have_the_interval_of_their_mean():
     assert row["covered"] == (truth <= 60).mean() and row["training_runs"] == 30
 
 
+def test_a_source_whose_yields_do_not_vary_decides_nothing():
+    held = pd.DataFrame({"source": "a", YIELD: 50.0, "predicted_percent": np.linspace(40, 70, 8), "outside": ""})
+    held = held.assign(model="m", strategy="primary", climatology_percent=40.0, lower_percent=0.0, upper_percent=60.0)
+    rows = pd.DataFrame({"source": ["a"] * 8 + ["b"] * 30})
+    row = sources.score_sources(held, rows, settings().evaluation, 0.8).set_index("source").loc["a"]
+    assert np.isnan(row["r2"])
+    assert (row["verdict"], row["reason"]) == ("open", sources.NO_SCORE)
+
+
 @pytest.mark.parametrize("model", ["linear", "averaged_gpr"])
 @pytest.mark.slow
 def test_without_a_shift_yields_transfer(model):

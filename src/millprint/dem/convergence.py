@@ -203,7 +203,7 @@ def judge_series(series: pd.DataFrame, settings: ConvergenceConfig, taken_s: flo
     """
     factor = chance_factor(series, CONFIDENCE)
     steps = [judge_row(row, factor, settings) for _, row in series.iterrows()]
-    failed = next((index for index, step in enumerate(steps) if step["verdict"] == DIFFERS), len(steps))
+    failed = next((index for index, step in enumerate(steps) if step["verdict"] != AGREES), len(steps))
     largest = steps[failed - 1]["time_step_s"] if failed else None
     taken = judge(Estimate(taken_s, "s"), Allowed(upper=(largest or 0.0) * 1.01))
     return {

@@ -61,7 +61,8 @@ def judge(
     by: the intervals of INTERVALS that decide; widest: the largest factor between the ends of one that says anything.
 
     The claim that a value lies in a range holds if the whole interval does, and not if none of it does; without an
-    interval the value decides. Fewer than FEWEST_REPEATS decide nothing. A repeat that failed is a miss.
+    interval the value decides. Fewer than FEWEST_REPEATS decide nothing, nor does what is NaN. A repeat that failed is
+    a miss.
     The claim of another value, with its own interval, agrees if each value lies within the interval of the other, or
     the estimate within that of the claim, as where the interval of the estimate lacks a part; it differs if the
     intervals are apart. Where only one has an interval, this decides.
@@ -79,6 +80,8 @@ def judge(
 
 def _of_range(estimate: Estimate, claim: Allowed, by: Sequence[str]) -> Verdict:
     own = estimate.hull(by)
+    if any(map(math.isnan, (own.lower, own.upper, claim.lower, claim.upper))):
+        return Verdict(OPEN, NO_INTERVAL)
     if claim.holds(own.lower) and claim.holds(own.upper):
         return Verdict(AGREES, WITHIN)
     if not claim.meets(own):
@@ -90,7 +93,8 @@ def _of_value(estimate: Estimate, claim: Estimate, by: Sequence[str], widest: fl
     names = (estimate.how or "estimated", claim.how or "claimed")
     known = [any(name in by for name in each.intervals) for each in (estimate, claim)]
     own, other = estimate.hull(by), claim.hull(by)
-    if not any(known) or math.isnan(estimate.value + claim.value):
+    numbers = (estimate.value, own.lower, own.upper, claim.value, other.lower, other.upper)
+    if not any(known) or any(map(math.isnan, numbers)):
         return Verdict(OPEN, NO_INTERVAL)
     for name, each in zip(names, (own, other), strict=True):
         if math.isfinite(widest) and not 0 < each.upper <= widest * each.lower:

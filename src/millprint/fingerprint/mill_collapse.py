@@ -16,7 +16,7 @@ import pandas as pd
 from millprint.cases.of_mill import RUN_WAY, WAYS
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.estimate.estimates import Estimate
-from millprint.estimate.judge import OPEN, Allowed, Verdict, judge
+from millprint.estimate.judge import AGREES, DIFFERS, OPEN, Allowed, Verdict, judge
 from millprint.fingerprint.descriptors import CHANNELS, CHARGE, as_built
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
@@ -49,6 +49,7 @@ UNKNOWN = Verdict(OPEN, "no fill ratio has two speeds or two sizes")
 NOTHING_THERE = Verdict(OPEN, "it is 0 at some conditions")
 BY_LAW, BY_OWN = "collapses by the scaling law", "collapses by exponents of its own"
 BY_NONE = "collapses by no powers of speed and ball size"
+UNFITTED = "does not collapse by the scaling law; there are too few conditions for exponents of its own"
 
 
 def with_power_per_ball(descriptors: pd.DataFrame) -> pd.DataFrame:
@@ -97,10 +98,11 @@ def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray],
 
 def judge_collapse(thesis: float, own: float) -> Verdict:
     """Whether the thesis's scaling leaves a spread [-] of at most COLLAPSE_MAX, and else, whether its own does."""
-    if np.isnan(thesis):
-        return UNKNOWN
     by_law, by_own = (judge(Estimate(spread, "-"), Allowed(upper=COLLAPSE_MAX)) for spread in (thesis, own))
-    return by_law._replace(reason=BY_LAW if by_law.agrees else BY_OWN if by_own.agrees else BY_NONE)
+    if by_law.word == OPEN:
+        return UNKNOWN
+    reasons = {AGREES: BY_OWN, DIFFERS: BY_NONE, OPEN: UNFITTED}
+    return by_law._replace(reason=BY_LAW if by_law.agrees else reasons[by_own.word])
 
 
 def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float) -> pd.DataFrame:

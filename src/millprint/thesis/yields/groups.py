@@ -15,7 +15,7 @@ from sklearn.model_selection import LeaveOneGroupOut
 from millprint.config.mill import MillConfig
 from millprint.config.yields import EvaluationConfig, PredictionConfig
 from millprint.estimate.estimates import Estimate, Interval
-from millprint.estimate.judge import DIFFERS, OPEN, Allowed, Verdict, judge
+from millprint.estimate.judge import AGREES, DIFFERS, NO_INTERVAL, OPEN, Allowed, Verdict, judge
 from millprint.mill.bodies import build_bodies, travel_m
 from millprint.observables.condition import Condition
 from millprint.run.tables import CASE
@@ -34,6 +34,7 @@ TOO_FEW_HELD = f"fewer than {FEWEST_HELD} runs: too few to tell"
 TOO_FEW_TRAINED = f"fewer than {FEWEST_TRAINED} runs of other sources: too few to train on"
 TRANSFERS, ORDER_ONLY = "transfers", "only the order transfers"
 FAILS, UNDECIDED = "does not transfer", "the interval of R2 holds 0"
+NO_SCORE = "R2 is not known: the yields do not vary"
 SCORES = ("rmse_pp", "climatology_rmse_pp", "skill", "r2", "mean_error_pp", "rank_correlation")
 SCORE_COLUMNS = [
     *(SOURCE, "runs", "trained_on", "training_runs", "outside_domain", "model", "strategy"),
@@ -123,7 +124,8 @@ def judge_transfer(scores: Mapping[str, float]) -> Verdict:
     own = Interval(scores["r2_lower"], scores["r2_upper"])
     found = judge(Estimate(scores["r2"], "-", repeats=own), Allowed(0.0, open_lower=True))
     missed = ORDER_ONLY if scores["rank_correlation_lower"] > 0 else FAILS
-    return found._replace(reason=TRANSFERS if found.agrees else missed if found.word == DIFFERS else UNDECIDED)
+    unsure = NO_SCORE if found.reason == NO_INTERVAL else UNDECIDED
+    return found._replace(reason={AGREES: TRANSFERS, DIFFERS: missed, OPEN: unsure}[found.word])
 
 
 def score_sources(
