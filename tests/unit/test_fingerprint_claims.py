@@ -1,5 +1,6 @@
 """From summaries to claims: the scripts of chapters 3 and 4 on a synthetic mill, and what their claims say."""
 
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -74,15 +75,30 @@ def test_the_gains_with_our_own_curves_are_claims_of_their_own(results, claims):
     assert found["4.own.mass"].value == ("yes" if mass[0] > max(mass) - 1e-9 else "no")
     surely = mass[0] > max(mass[1] * (1 + 5 / 94), mass[2] * (1 + 5 / 40))
     assert found["4.own.mass"].repeats.lower == ("yes" if surely else "no")
-    # At equal power the gain is that of the yields, here where the power goes with the cube of the speed.
+
+
+def at_equal_power(results, folder, factor: float):
+    """The gain at equal power in a copy of the results, with the powers of the shear cases times a factor."""
+    shutil.copytree(results, folder, dirs_exist_ok=True)
+    path = folder / "fingerprint/means_calibrated.tsv"
+    means = read_table(path)
+    means.loc[means["fill_ratio"] == 0.06, ["Pn", "Pt"]] *= factor
+    write_table(means, path)
+    return findings(folder, "4.own")["4.own.equal_power.gain"]
+
+
+def test_at_a_power_that_is_equal_by_our_curves_the_yield_lies_between_two_measured_ones(results, tmp_path):
+    """Where the power goes with the cube of the speed."""
+    (pn, pt, _), (own_n, own_t, _) = true_curves(0.10), true_curves(0.06)
     hertz = (24 * (pn + pt) / (14 * (own_n + own_t))) ** (1 / 3) * 10
-    between = (hertz - 10) / (13.14 - 10)
-    at_equal = found["4.own.equal_power.gain"]
-    if 0 <= between <= 1:
-        assert at_equal.value == pytest.approx(100 * ((84 + 10 * between) / 71 - 1))
-        assert (at_equal.repeats.lower, at_equal.repeats.upper) == pytest.approx((100 * 13 / 71, 100 * 23 / 71))
-    else:
-        assert at_equal.value is None
+    found = at_equal_power(results, tmp_path, 1.0)
+    assert found.value == pytest.approx(100 * ((84 + 10 * (hertz - 10) / 3.14) / 71 - 1))
+    assert (found.repeats.lower, found.repeats.upper) == pytest.approx((100 * 13 / 71, 100 * 23 / 71))
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_beyond_both_measured_yields_nothing_is_said_of_equal_power(results, tmp_path, factor):
+    assert at_equal_power(results, tmp_path, factor).value is None
 
 
 def test_energies_between_zones_and_their_optimum_follow_from_the_simulations(results, claims):
