@@ -11,9 +11,11 @@ from scipy.stats import spearmanr
 
 import partition_dissipation
 from millprint.config.workflow import PartitionConfig
+from millprint.estimate.judge import TOO_FEW
 from millprint.run.files import read_table, write_table
 from millprint.thesis.claims.chapter3 import rank_correlation
-from millprint.thesis.claims.tabulate import collect_findings
+from millprint.thesis.claims.evidence import judge_repeats
+from millprint.thesis.claims.tabulate import collect_findings, tabulate_intervals
 from millprint.thesis.scaling import tables_of
 from tests.conftest import configuration
 from tests.stored_tables import compare_tables
@@ -99,6 +101,18 @@ def test_at_a_power_that_is_equal_by_our_curves_the_yield_lies_between_two_measu
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_beyond_both_measured_yields_nothing_is_said_of_equal_power(results, tmp_path, factor):
     assert at_equal_power(results, tmp_path, factor).value is None
+
+
+def test_bounds_decide_though_they_are_of_no_repeats(results, claims, tmp_path):
+    """From a file, too."""
+    write_table(tabulate_intervals(results, DATA / "claims.tsv", []), tmp_path / "intervals.tsv")
+    read = read_table(tmp_path / "intervals.tsv", text=["lower", "upper"])
+    for intervals in (None, read):
+        found = collect_findings(results, DATA / "claims.tsv", "4.own", intervals)
+        for name in ("4.own.mass", "4.own.equal_power.gain"):
+            assert found[name].repeats.of is None
+            verdict = judge_repeats(*claims.loc[name, ["value", "tolerance"]], found[name])
+            assert verdict.reason != TOO_FEW
 
 
 def test_energies_between_zones_and_their_optimum_follow_from_the_simulations(results, claims):

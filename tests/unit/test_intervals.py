@@ -33,7 +33,7 @@ CLAIMS_TSV = ROOT / "config/data/claims.tsv"
 
 @pytest.mark.parametrize(("published", "tolerance", "lower", "upper", "word"), truths("verdicts_on_repeats"))
 def test_repeats_of_numbers_pairs_and_words_are_judged(published, tolerance, lower, upper, word):
-    for of, expected in ((5, word), (4, OPEN)):
+    for of, expected in ((5, word), (None, word), (4, OPEN)):
         assert (
             judge_repeats(published, tolerance, Finding(upper, repeats=Repeats(lower, upper, "seeds", of))).word
             == expected

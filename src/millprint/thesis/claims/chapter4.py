@@ -188,7 +188,7 @@ def gain_at_our_equal_power(evidence: Evidence) -> Finding:
     low, high = (100 * (float(yields[name]) - 1) for name in (LOW_POWER, EQUAL_POWER))
     value = low + (high - low) * (speed - speeds[0]) / (speeds[1] - speeds[0])
     told = f"the power is that of the reference at {60 * speed:.0f} rpm"
-    return Finding(value, told, repeats=Repeats(low, high, "the measured yields on both sides", len(speeds)))
+    return Finding(value, told, repeats=Repeats(low, high, "the measured yields on both sides", None))
 
 
 def _over_our_power(evidence: Evidence, path: str, column: str) -> pd.Series:
@@ -222,7 +222,7 @@ def mass_with_our_curves(evidence: Evidence) -> Finding:
     more = mass[others] * (1 + NO_CHANGE_PP / yields[others])
     surely, holds = ("yes" if mass["reference"] > each.max() else "no" for each in (more, mass[others]))
     told = ", ".join(f"{mass[name]:.3f} g/W of {name}" for name in ("reference", *others))
-    return Finding(holds, told, repeats=Repeats(surely, holds, "yields that were measured twice", 2))
+    return Finding(holds, told, repeats=Repeats(surely, holds, "yields that were measured twice", None))
 
 
 @claim("4.text.monotone")

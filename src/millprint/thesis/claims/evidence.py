@@ -249,17 +249,17 @@ def source_in(path: str, columns: str, rows: str = "") -> Source:
 
 @dataclass(frozen=True)
 class Repeats:
-    """Between which values a claim's value would lie if chance were drawn again, and what was drawn.
+    """Between which values a claim's value would lie if chance were drawn again, and what was drawn; or bounds of it.
 
     lower, upper: two numbers, or two words (the same one twice if it is certain), or pairs such as 0.29/0.044;
-    how: what was drawn; of: how many draws, trainings or seeds; failed: how many of these failed; they do not enter
-    lower and upper.
+    how: what was drawn, or whence the bounds are; of: how many draws, trainings or seeds, None of bounds; failed: how
+    many of these failed; they do not enter lower and upper.
     """
 
     lower: float | str
     upper: float | str
     how: str
-    of: int
+    of: int | None
     failed: int = 0
 
     def within(self, limits: tuple[float, float]) -> Repeats:

@@ -100,7 +100,7 @@ def collect_findings(
         evidence = Evidence(Path(results), data, claims["value"], name, tables=read)
         finding = find_claim(evidence)
         if finding.value is not None and (row := drawn.get(name)):
-            counts = int(row.repeats), int(row.failed)
+            counts = None if pd.isna(row.repeats) else int(row.repeats), int(row.failed)
             finding = replace(finding, repeats=Repeats(_end(row.lower), _end(row.upper), row.interval_from, *counts))
         if finding.value is not None and name in by_jar:
             finding = replace(finding, jars=tuple(_end(value) for value in by_jar[name]))

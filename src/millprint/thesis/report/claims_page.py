@@ -132,7 +132,7 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
     # Of type object, as pandas would make plain text of it.
     shown = claims.assign(explanation=pd.Series(explanations, dtype=object, index=claims.index))
     # In one cell with the value: the page is no wider than a screen.
-    origin = claims["repeats"] + " of " + claims["interval_from"]
+    origin = (claims["repeats"] + " of ").where(claims["repeats"] != "", "") + claims["interval_from"]
     interval = " (" + claims["lower"] + " to " + claims["upper"] + ", " + origin + ")"
     shown["reproduced"] += interval.where(claims["interval_from"] != "", "")
     jars = "; other jars " + claims["jars_lower"] + " to " + claims["jars_upper"] + ", " + claims["jars_meeting"]
