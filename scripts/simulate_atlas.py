@@ -2,7 +2,7 @@
 
 Training rows that the included atlas would learn little from are skipped.
 
-Settings: the number of rows of a batch.
+Settings: the first row of the batch, and the number of its rows.
 Inputs: `held_out`, the table of the held-out mills; `included` and `atlas`, the table of simulations and the model that
 come with the library.
 Outputs: `rows`.
@@ -16,11 +16,11 @@ from millprint.run.files import read_table, write_table
 from millprint.run.job import job
 
 if "snakemake" in globals():
-    given, own, batch = snakemake.input, snakemake.wildcards, snakemake.params.batch
+    given, own, (first, count) = snakemake.input, snakemake.wildcards, snakemake.params.rows
     with job(snakemake.log[0], f"atlas {own.kind} {own.part} {own.batch}"):
-        first, output = int(own.batch) * batch, snakemake.output.rows
-        rows = rows_of(own.kind, own.part, first, batch, given.held_out)
-        title = f"{own.kind}, {own.part} {first} to {first + len(rows) - 1}"
+        output = snakemake.output.rows
+        rows = rows_of(own.kind, own.part, first, count, given.held_out)
+        title = f"{own.kind}, {own.part} {first} to {first + count - 1}"
         # A killed job continues from the rows that are done.
         done, known = Path(output).with_suffix(".done"), (read_table(given.included), read_model(given.atlas))
         write_table(simulate_rows(rows, done, title, *known), output, digits=6)

@@ -23,6 +23,7 @@ from millprint.atlas.kinds import KINDS, MIXER, PLANETARY, balls_of, recognise, 
 from millprint.cli import estimate_condition
 from millprint.config.counting import DEFAULT_RULE
 from millprint.config.included import included_mills, load_contact, load_mill
+from millprint.config.workflow import AtlasConfig
 from millprint.estimate.estimates import Estimate, Interval
 from millprint.figures.atlas_figures import plot_map
 from millprint.fingerprint.mill_sheet import SHEET, Row
@@ -120,6 +121,16 @@ def test_held_out_mills_are_no_training_mills_and_lie_in_the_ranges(kind):
         shares = group.share(held_out[group.name].to_numpy())
         assert shares.min() >= -1e-9
         assert shares.max() <= 1 + 1e-9
+
+
+@pytest.mark.parametrize("asked", [0, 25, 30])
+def test_the_batches_of_a_part_have_as_many_rows_as_are_asked(asked):
+    settings = AtlasConfig(planetary=30, mixer=asked, drum=0, spex=0)
+    rows = {part: [] for part in settings.parts}
+    for (kind, part, _), (first, count) in settings.batches(25).items():
+        assert 0 < count <= 25
+        rows[kind, part] += range(first, first + count)
+    assert rows == {part: list(range(count)) for part, count in settings.parts.items()}
 
 
 def test_mills_that_were_asked_train_the_next_model_and_are_held_out_no_more():

@@ -1,8 +1,9 @@
 """The atlas: what any mill of a kind does, learned from simulations over mills. Target `atlas`, part of no other."""
 
 ATLAS = f"{RESULTS}/atlas"
-# Rows of a job: a simulation takes a second or two, about as long as it takes Snakemake to start a few jobs.
+# Most rows of a job: a simulation takes a second or two, about as long as it takes Snakemake to start a few jobs.
 ATLAS_BATCH = 25
+ATLAS_ROWS = CONFIG.atlas.batches(ATLAS_BATCH)
 # The scaling law, with which the atlas is compared, is that of the included mills, whatever this folder has.
 ATLAS_INCLUDED = [
     shipped(path)
@@ -31,7 +32,7 @@ rule simulate_atlas:
     resources:
         processor_s=2 * ATLAS_BATCH,
     params:
-        batch=ATLAS_BATCH,
+        rows=lambda wildcards: ATLAS_ROWS[wildcards.kind, wildcards.part, int(wildcards.batch)],
     message:
         "Simulating mills of the atlas: {wildcards.kind}, {wildcards.part}, batch {wildcards.batch}"
     script:
@@ -40,11 +41,7 @@ rule simulate_atlas:
 
 rule tabulate_atlas:
     input:
-        rows=[
-            f"{ATLAS}/rows/{kind}_{part}_{batch}.tsv"
-            for (kind, part), count in CONFIG.atlas.parts.items()
-            for batch in range(math.ceil(count / ATLAS_BATCH))
-        ],
+        rows=[f"{ATLAS}/rows/{kind}_{part}_{batch}.tsv" for kind, part, batch in ATLAS_ROWS],
     output:
         table=f"{ATLAS}/simulations.tsv",
     log:

@@ -77,6 +77,14 @@ class AtlasConfig(Section):
             }.items()
         }
 
+    def batches(self, size: int) -> dict[tuple[str, str, int], tuple[int, int]]:
+        """First row and number of rows of every batch of at most `size`, by kind, part and number of the batch."""
+        return {
+            (*part, place): (first, min(size, count - first))
+            for part, count in self.parts.items()
+            for place, first in enumerate(range(0, count, size))
+        }
+
 
 class LammpsConfig(Section):
     """How LAMMPS is run."""
