@@ -2,9 +2,10 @@
 
     python tools/check_atlas.py seeds drum        # do rows repeat with another seed within their errors? seeds.tsv
     python tools/check_atlas.py exponents drum    # do intervals of exponents hold finite differences? exponents.tsv
+    python tools/check_atlas.py held_out          # draws the held-out mills of all kinds; held_out.tsv
 
-A kind or several are named, or all are taken; rows of others stay. It takes some minutes of a processor. Differences of
-an earlier table are not simulated again. The held-out mills are not asked.
+Of the first two, a kind or several are named, or all are taken; rows of others stay. They take some minutes of a
+processor. Differences of an earlier table are not simulated again. The held-out mills are not asked.
 """
 
 import math
@@ -14,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.atlas.atlas_model import MARKS
-from millprint.atlas.design import TRAINING, design, simulate_row
+from millprint.atlas.design import HELD_OUT, TRAINING, design, simulate_row, write_held_out
 from millprint.atlas.estimate_mill import check, estimate, exponents
 from millprint.atlas.kind_groups import Kind
 from millprint.atlas.kinds import KINDS
@@ -111,6 +112,9 @@ def differences(name: str, known: pd.DataFrame) -> list[dict]:
 
 if __name__ == "__main__":
     names, path = sys.argv[2:] or list(CHANGED), f"{FOLDER}/{sys.argv[1]}.tsv"
+    if sys.argv[1] == HELD_OUT:
+        write_held_out(path)
+        sys.exit()
     before = read_table(path)
     made = seeds(names) if sys.argv[1] == "seeds" else [row for name in names for row in differences(name, before)]
     write_table(pd.concat([before[~before["kind"].isin(names)], pd.DataFrame(made)]), path, digits=3)
