@@ -8,6 +8,7 @@ import numpy as np
 from millprint.config.contact_set import ContactConfig
 from millprint.dem.law import IDLE, IDLE_PRESENT, SpeedTables, at_reference, law_row, speed_tables
 from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, STATUS
+from millprint.mill.gravity import GRAVITY
 from millprint.mill.kernel_columns import width_of
 from millprint.mill.motion import Motion, Motions, stack_motions
 from millprint.run.cache_lines import aligned
@@ -231,7 +232,7 @@ def _of_all(sizes: np.ndarray, species: np.ndarray) -> np.ndarray:
 
 
 def make_clock(
-    balls: Balls, motions: list[Motion], step: float, skin: float, gravity: float | np.ndarray = 9.81
+    balls: Balls, motions: list[Motion], step: float, skin: float, gravity: float | np.ndarray = GRAVITY
 ) -> Clock:
     """A clock for the motions of the bodies, the vessel first; gravity [m/s2] as a vector, or downwards."""
     down = np.array(gravity, dtype=float) if np.ndim(gravity) else np.array([0.0, 0.0, -gravity])

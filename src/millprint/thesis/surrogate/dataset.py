@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from millprint.mill.gravity import GRAVITY
 from millprint.run.hdf5 import open_hdf5, whole_hdf5
 from millprint.thesis.surrogate.rollout import Scene, Trajectory
 
@@ -90,7 +91,7 @@ def featurise(run: Trajectory, scene: Scene) -> Snapshots:
         wall=_single(wall_features(run.wall_position_m, scene.speed_rpm)),
         position=_single(run.position_m),
         finite_difference=_single(difference),
-        net_force=_single(run.force_N / scene.ball_mass_kg + scene.gravity_m_s2),
+        net_force=_single(run.force_N / scene.ball_mass_kg + [0.0, 0.0, -GRAVITY]),
         dissipation=_single(dissipation),
         pair_offset=pair_offset,
         pair=pair,

@@ -122,7 +122,6 @@ class Scene:
     bounds_m: np.ndarray
     distance: Distance
     wall_position: Callable[[np.ndarray], np.ndarray]
-    gravity_m_s2: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
 
     @property
     def turn_s(self) -> float:
