@@ -19,7 +19,7 @@ import pandas as pd
 from scipy.stats import qmc
 
 from millprint.atlas.atlas_model import KindModel, inputs_of
-from millprint.atlas.kind_groups import FEWEST_BALLS, MOST_BALLS, Kind, within_limits
+from millprint.atlas.kind_groups import ATLAS, FEWEST_BALLS, MOST_BALLS, Kind, within_limits
 from millprint.atlas.kinds import KINDS, kind_named
 from millprint.cases.simulate import simulate_each
 from millprint.config.contact_set import ContactConfig
@@ -132,7 +132,7 @@ def case_of(kind: Kind, condition: dict[str, float], contact: ContactConfig, see
     turns = min(MOST_TURNS, max(kind.fewest_turns, math.ceil(BALL_STEPS / (balls * steps))))
     fill = balls * math.pi / 6 * ball_m**3 / kind.volume_m3(condition)
     return Case(
-        mill="atlas", contact="atlas", ball_diameter_m=ball_m, fill_ratio=fill, speed_hz=speed, seed=seed,
+        mill=ATLAS, contact=ATLAS, ball_diameter_m=ball_m, fill_ratio=fill, speed_hz=speed, seed=seed,
         rayleigh_fraction=RAYLEIGH, closure_max=CLOSURE_MAX,
         settle_s=SETTLED * math.sqrt(2 * condition["radius_mm"] / 1e3 / GRAVITY),
         discard_s=kind.discarded_turns / speed, window_s=turns / speed,

@@ -17,6 +17,8 @@ from millprint.mill.gravity import GRAVITY
 
 # Radius of the jar of every simulation [mm], and density of its balls [kg/m3]; both drop out.
 REFERENCE_MM, REFERENCE_KG_M3 = 40.0, 7800.0
+# The name of the mill and the contact set of every simulation.
+ATLAS = "atlas"
 # Poisson's ratio of every simulation, which decides next to nothing.
 POISSON = 0.25
 # Share of a bed that is ball [-].
@@ -203,18 +205,18 @@ class Kind:
         squared = (2 * math.pi * condition["speed_hz"] * self.stroke_m(condition)) ** 2
         return condition["density_kg_m3"] * (squared + 4 * GRAVITY * condition["radius_mm"] / 1e3)
 
-    def mill_of(self, condition: Values, name: str = "atlas") -> MillConfig:
+    def mill_of(self, condition: Values) -> MillConfig:
         """The mill of a condition. Raises ConfigError, a line for each fault, for one that cannot be."""
         volume_ml = 1e6 * self.volume_m3(condition)
-        own = {"name": name, "title": self.title, "source": "a point of the atlas", "volume_ml": volume_ml}
+        own = {"name": ATLAS, "title": self.title, "source": "a point of the atlas", "volume_ml": volume_ml}
         own |= {"speed_unit": self.speed_unit}
         return check_model(own | self.content(condition), MillConfig, self.name)
 
-    def contact_of(self, condition: Values, name: str = "atlas") -> ContactConfig:
+    def contact_of(self, condition: Values) -> ContactConfig:
         """The contact set of a condition."""
         own = {group.name: condition[group.name] for group in CONTACT}
         return ContactConfig(
-            name=name, source="a point of the atlas", density_kg_m3=condition["density_kg_m3"],
+            name=ATLAS, source="a point of the atlas", density_kg_m3=condition["density_kg_m3"],
             young_modulus_gpa=condition["young_modulus_gpa"], poisson_ratio=POISSON, **own,
         )  # fmt: skip
 

@@ -46,15 +46,15 @@ class Lineage:
     end: datetime
 
 
-def read_jobs(metadata: Path = METADATA) -> dict[str, Job]:
+def read_jobs() -> dict[str, Job]:
     """The job of every output that Snakemake has a record of, by the output's path; unreadable records are left out."""
     jobs = {}
-    for path in Path(metadata).rglob("*"):
+    for path in METADATA.rglob("*"):
         # A folder is the beginning of a long name.
         if path.is_dir():
             continue
         try:
-            name = "".join(part.removeprefix("@") for part in path.relative_to(metadata).parts)
+            name = "".join(part.removeprefix("@") for part in path.relative_to(METADATA).parts)
             record = json.loads(path.read_text())
             job = Job(record["rule"], tuple(record["input"]), float(record["starttime"]), float(record["endtime"]))
             jobs[urlsafe_b64decode(name).decode()] = job

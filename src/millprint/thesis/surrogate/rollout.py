@@ -104,6 +104,8 @@ def mean_power_W(path: str | Path, until_s: float) -> float:
 
 
 AXES = "xyz"
+# Of a section through a vessel, along each of its two axes.
+POINTS = 161
 Distance = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
@@ -141,15 +143,15 @@ class Scene:
         distance[finite], gradient[finite] = self.distance(points[finite])
         return distance.reshape(relative.shape[:-1]), gradient.reshape(relative.shape)
 
-    def section(self, normal: str, at_m: float, points: int = 161) -> dict:
+    def section(self, normal: str, at_m: float) -> dict:
         """Signed distance on the plane `normal` = at_m of the body frame, not a number outside (thesis Fig. 6.3).
 
         normal: x, y or z. Returns `title`, `axes` (two names), `first_m` (a,), `second_m` (b,), `distance_m` (b, a).
         """
         across = [axis for axis in range(3) if axis != AXES.index(normal)]
         low, high = self.bounds_m
-        lines = [np.linspace(low[axis], high[axis], points) for axis in across]
-        grid = np.full((points, points, 3), at_m)
+        lines = [np.linspace(low[axis], high[axis], POINTS) for axis in across]
+        grid = np.full((POINTS, POINTS, 3), at_m)
         grid[..., across[0]], grid[..., across[1]] = np.meshgrid(*lines)
         distance, _ = self.signed_distance(grid, np.zeros(3))
         axes = tuple(AXES[axis] for axis in across)
