@@ -164,6 +164,8 @@ def completed(name: str, title: str, template: str, answers: dict[str, str], def
 def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
     """A line for each value that is unusual or that a run would refuse, and how long long simulations take."""
     # Imported here: slow to import, and `--list` and a wrong answer do not need it.
+    from scipy.constants import hour as HOUR
+
     from millprint.card.experiment_checks import check_cases
     from millprint.cases.of_mill import mill_cases, sweep_of
     from millprint.checks.before_running import mill_warnings
@@ -179,7 +181,7 @@ def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
     except ConfigError as error:
         # The answers are kept: a value is quicker changed in the file than all are typed again.
         return [*about, *(f"{line}; a run refuses it: change it in the file" for line in str(error).splitlines())]
-    hours = seconds / 3600
+    hours = seconds / HOUR
     long = [f"all simulations take about {hours:.3g} h of one core"] if hours > LONG_H else []
     return [*found, *about, *long]
 

@@ -21,6 +21,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pandas as pd
+from scipy.constants import hour as HOUR
 from scipy.special import exprel
 
 from millprint.config.dose import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
@@ -35,7 +36,7 @@ BALLS, POWDER, JAR = range(3)
 # A state: the three temperatures, and the released heat over the total heat capacity [K].
 WIDTH = 4
 # Longer pauses are not practical [s].
-LONGEST_PAUSE_S = 24 * 3600.0
+LONGEST_PAUSE_S = 24 * HOUR
 # The bounds of the search for the time to a limit [s].
 SHORTEST_S, LONGEST_S = 1e-3, 1e7
 # Points in time, over the milling or the pause of a cycle, that are searched for its largest temperature.
@@ -498,7 +499,7 @@ def limit_row(settings: HeatConfig, source: HeatSource, balance: Balance, course
     """
     limit, programme, level = settings.limit, settings.programme, settings.probability
     body = BODIES.index(limit.body)
-    reach = time_to_limit(balance, body, limit.temperature_degC) / 3600
+    reach = time_to_limit(balance, body, limit.temperature_degC) / HOUR
     pause = pause_needed(balance, body, limit.temperature_degC, 60 * programme.milling_min) / 60
     steady = balance.steady_degC()
     row: dict[str, object] = {"condition": source.condition, **source.about, "total_W": source.power_W.sum()}
@@ -522,7 +523,7 @@ def limit_row(settings: HeatConfig, source: HeatSource, balance: Balance, course
 
 def temperature_rows(settings: HeatConfig, source: HeatSource, course: Course) -> pd.DataFrame:
     """Bands of the temperatures of a condition over time, a row for each body and time."""
-    tables, about = [], {"condition": source.condition, "time_h": course.times_s / 3600}
+    tables, about = [], {"condition": source.condition, "time_h": course.times_s / HOUR}
     for index, name in enumerate(BODIES):
         ends = band(np.moveaxis(course.temperature_degC[:, :, index], 1, 0), settings.probability)
         columns = {f"{end}_degC": values for end, values in zip(BAND, ends, strict=True)}
@@ -541,7 +542,7 @@ def heat_tables(
     """Every table of a mill; step: called after each condition; times: number of times of the temperatures."""
     drawn = sample(settings, mill)
     programme = settings.programme
-    duration = 3600 * programme.duration_h
+    duration = HOUR * programme.duration_h
     phases = programme_phases(duration, 60 * programme.milling_min, 60 * programme.pause_min)
     if not programme.pause_min:
         phases = programme_phases(duration, duration, 0.0)

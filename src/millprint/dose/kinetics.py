@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from scipy.constants import hour as HOUR
 from scipy.optimize import brentq, least_squares, minimize_scalar
 
 from millprint.config.errors import ConfigError
@@ -42,7 +43,6 @@ NORMAL, TANGENTIAL, ROLLING, TOTAL = "normal_kJ_g", "tangential_kJ_g", "rolling_
 HITS, TIME, YIELD = "hits_per_g", "time_h", "yield_percent"
 AXES = {TIME: "time [h]", TOTAL: "dose [kJ/g]", NORMAL: "normal dose [kJ/g]", TANGENTIAL: "tangential dose [kJ/g]",
         HITS: "hits per gram [1/g]"}  # fmt: skip
-SECONDS_PER_HOUR = 3600.0
 CONDITION = ("fill_ratio", "speed_rpm", "ball_diameter_mm")
 POSITIVE = ("powder_mass_g", TIME, *CONDITION)
 # Lowest and highest of a number that people write: a microgram to a thousand tonnes, a millisecond to a century.
@@ -57,7 +57,7 @@ def doses(
     E_n f t / m, E_t f t / m, their sum, and f t / m: energies of a collision E [J], collisions f [1/s] of the balls
     that share the powder m [g], time t. All balls with all powder give the same as one ball with its share of both.
     """
-    hits = frequency_hz * time_h * SECONDS_PER_HOUR / powder_g
+    hits = frequency_hz * time_h * HOUR / powder_g
     normal, tangential = normal_J * hits * 1e-3, tangential_J * hits * 1e-3
     return pd.DataFrame({NORMAL: normal, TANGENTIAL: tangential, TOTAL: normal + tangential, HITS: hits})
 
@@ -68,7 +68,7 @@ DOSE_OF = {NORMAL: "normal_power_W", TANGENTIAL: "tangential_power_W", ROLLING: 
 
 def doses_of(found: Any, balls: int, time_h: float, powder_g: float) -> dict[str, Estimate]:
     """The doses of a prediction or a card, P t / m of the power and of each of its parts [kJ/g], and hits [1/g]."""
-    time_s = time_h * SECONDS_PER_HOUR
+    time_s = time_h * HOUR
     known = {name: getattr(found, power) * (1e-3 * time_s / powder_g) for name, power in DOSE_OF.items()}
     known = {name: replace(own, unit="kJ/g") for name, own in known.items()}
     return known | {HITS: replace(found.specific_frequency_hz * (balls * time_s / powder_g), unit="1/g")}

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from scipy.constants import hour as HOUR
 
 from millprint.cases.of_mill import RUN_WAY, WAYS
 from millprint.config.mill_sweep import ScaleUpConfig
@@ -254,9 +255,6 @@ def find_zones(fingerprint: Fingerprint) -> pd.DataFrame:
     )
 
 
-SECONDS_PER_HOUR = 3600.0
-
-
 def _ratio(large: Prediction, small: Prediction, name: str) -> float:
     return getattr(large, name).value / getattr(small, name).value
 
@@ -313,7 +311,7 @@ def tabulate_scale_up(
                 "time_step_s": step,
                 "steps": steps,
                 "ns_per_ball_step": ns_per_ball_step,
-                "hours": steps * found.balls * ns_per_ball_step * 1e-9 / SECONDS_PER_HOUR,
+                "hours": steps * found.balls * ns_per_ball_step * 1e-9 / HOUR,
             }
         )
     return pd.DataFrame(rows)

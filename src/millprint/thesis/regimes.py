@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from scipy.constants import hour as HOUR
 
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import ball_count
@@ -146,7 +147,6 @@ SLOPE_COLUMNS = [
     *("p_value", "r2"),
 ]
 
-SECONDS_PER_HOUR = 3600.0
 JOULES_PER_KWH = 3.6e6
 # Of a curve that is drawn.
 POINTS = 80
@@ -183,7 +183,7 @@ def energy_leverage(runs: pd.DataFrame, settings: PartitionConfig) -> pd.DataFra
     table = runs[["case", "mode", "fill_ratio", "power_W"]].copy()
     molar_mass = settings.borate_molar_mass_g_mol * 1e-3
     moles = runs["borate_mass_g"] * 1e-3 / molar_mass * runs["yield_percent"] / 100.0
-    table["mechanical_energy_J"] = runs["power_W"] * runs["time_h"] * SECONDS_PER_HOUR
+    table["mechanical_energy_J"] = runs["power_W"] * runs["time_h"] * HOUR
     table["borohydride_mol"] = moles
     table["borohydride_mass_g"] = moles * (settings.borohydride_molar_mass_g_mol * 1e-3) * 1e3
     energies_kJ = settings.enthalpy_kJ_mol, settings.gibbs_kJ_mol, settings.lower_heating_value_kJ_mol

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import torch
+from scipy.constants import hour as HOUR
 from torch import Tensor
 from torch.nn.functional import smooth_l1_loss
 
@@ -204,7 +205,7 @@ class Trainer:
         allowed = min(self.settings.epochs, int(limit_s / pace_s))
         return (
             f"{pace_s:.3g} s an epoch on {self.device.type}: {self.settings.epochs} epochs take "
-            f"{pace_s * self.settings.epochs / 3600:.3g} h; training.wall_time_max_s = {limit_s:g} allows {allowed}"
+            f"{pace_s * self.settings.epochs / HOUR:.3g} h; training.wall_time_max_s = {limit_s:g} allows {allowed}"
         )
 
     @property
