@@ -8,7 +8,6 @@ import pytest
 
 from millprint.config.counting import CountingRule
 from millprint.dem.collisions import (
-    CHANNELS,
     by_facet,
     by_surface,
     collision_statistics,
@@ -25,6 +24,7 @@ from millprint.dem.layout import COLLISION, ENDED
 from millprint.dem.recording import Table, make_table
 from millprint.dem.run import weighted_errors
 from millprint.mill.kernel_columns import width_of
+from millprint.observables.counted_collisions import CHANNELS
 
 # Pair, start [s], peak force [N], normal and tangential energy [J]; each contact lasts 1 ms.
 CONTACTS = (

@@ -13,13 +13,13 @@ from millprint.config.errors import SimulationError
 from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import ledger, store
-from millprint.dem.collisions import CHANNELS
 from millprint.dem.layout import COUNTER, HEIGHT, LAW, LAW_WIDTH, OCCUPANCY, SAMPLE, SNAPSHOT, SNAPSHOT_TOTAL, TOTAL
 from millprint.dem.ledger import AIM, check_closure, closure, ledger_series, ledger_summary, work_scale
 from millprint.dem.recording import SAMPLE_NAMES, Recording, begin_window, end_window, make_recorder, make_table
 from millprint.dem.run import run_case
 from millprint.mill.kernel_columns import span_of, width_of
 from millprint.mill.walls import SURFACE
+from millprint.observables.counted_collisions import CHANNELS
 from millprint.run.files import read_json
 from tests.conftest import ROOT
 from tests.physics.setups import FewBalls, uniform

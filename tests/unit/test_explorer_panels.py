@@ -7,9 +7,9 @@ import pytest
 
 from millprint.config.errors import ConfigError
 from millprint.dose.kinetics import DOSE_OF, HITS, doses_of
-from millprint.dose.spectra import CHANNELS, PAIRS
 from millprint.explorer import content as tables_of_page
 from millprint.explorer.content import Spectra, spectra_content
+from millprint.observables.counted_collisions import CHANNELS, PAIRS
 from millprint.run.files import read_table
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT

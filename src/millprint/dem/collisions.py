@@ -19,6 +19,7 @@ import pandas as pd
 from millprint.config.counting import CountingRule
 from millprint.dem.layout import COLLISION, ENDED
 from millprint.mill.kernel_columns import names_of
+from millprint.observables.counted_collisions import CHANNELS
 
 if TYPE_CHECKING:
     import h5py
@@ -46,7 +47,6 @@ JOINED = {
 # The two parts of the tangential work.
 WORKS = ("damping_J", SLIDING)
 
-CHANNELS = ("normal", "tangential")
 # The share of the normal energy that the strongest collisions hold, which are counted as f90.
 STRONG_SHARE = 0.9
 
@@ -211,10 +211,8 @@ def collision_statistics(
 
 def energies_of(contacts: pd.DataFrame) -> dict[str, np.ndarray]:
     """The energy of each contact in each of CHANNELS [J]."""
-    return {
-        "normal": contacts["normal_J"].to_numpy(),
-        "tangential": contacts["damping_J"].to_numpy() + contacts["sliding_J"].to_numpy(),
-    }
+    tangential = contacts["damping_J"].to_numpy() + contacts["sliding_J"].to_numpy()
+    return dict(zip(CHANNELS, (contacts["normal_J"].to_numpy(), tangential), strict=True))
 
 
 def turns_of(contacts: pd.DataFrame, begin_s: float, frequency_hz: float) -> np.ndarray:

@@ -28,6 +28,7 @@ from millprint.config.dose import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConf
 from millprint.config.errors import ConfigError
 from millprint.config.sweep import as_tabulated
 from millprint.estimate.estimates import latin_hypercube
+from millprint.observables.counted_collisions import PAIRS, PARTS
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
 
@@ -241,8 +242,6 @@ def pause_needed(balance: Balance, body: int, limit_degC: float, milling_s: floa
     return found
 
 
-PLACES = ("ball_ball", "ball_wall")
-CHANNELS = ("normal", "tangential", "rolling")
 # What identifies a condition in the tables.
 CONDITION = ("contact", "ball_diameter_mm", "fill_ratio", "speed_rpm")
 
@@ -256,7 +255,7 @@ class HeatSource:
     about: dict[str, object]
     """the columns of CONDITION, and the number of seeds"""
     power_W: np.ndarray
-    """dissipation by PLACES and CHANNELS (2, 3)"""
+    """dissipation by PAIRS and PARTS (2, 3)"""
     balls_kg: float
     """mass of all balls"""
     balls_m2: float
@@ -268,7 +267,7 @@ class HeatSource:
 
 
 def split_of_contacts(group: h5py.Group) -> np.ndarray | None:
-    """Shares of PLACES in each of CHANNELS (2, 3) from the table of collisions; None if the run has none."""
+    """Shares of PAIRS in each of PARTS (2, 3) from the table of collisions; None if the run has none."""
     if "second" not in group:
         return None
     between = group["second"][:] >= 0
@@ -292,7 +291,7 @@ def split_of_summary(summary: dict) -> np.ndarray:
         if not any(rule["dropped"].values()):
             split = [
                 [rule["shares"][place][channel] for channel in ("normal", "tangential", "tangential")]
-                for place in PLACES
+                for place in PAIRS
             ]
             return _shares(np.array(split))
     raise ConfigError(
@@ -315,7 +314,7 @@ def read_source(summary_path: str | Path, run_path: str | Path) -> HeatSource:
         vertices, triangles = file["geometry/vertices_m"][:], file["geometry/triangles"][:]
         inside_m2 = float(trimesh.Trimesh(vertices, triangles, process=False).area)
     split = split_of_summary(summary) if split is None else split
-    power = np.array([max(summary["power_W"][channel], 0.0) for channel in CHANNELS])
+    power = np.array([max(summary["power_W"][channel], 0.0) for channel in PARTS])
     if not power.sum() > 0:
         raise ConfigError(f"{summary_path}: the run dissipates nothing; a mill at rest has no heat balance")
     case = summary["case"]
@@ -360,8 +359,8 @@ def source_table(sources: Iterable[HeatSource]) -> pd.DataFrame:
     for source in sources:
         powers = {
             f"{place}_{channel}_W": source.power_W[i, k]
-            for i, place in enumerate(PLACES)
-            for k, channel in enumerate(CHANNELS)
+            for i, place in enumerate(PAIRS)
+            for k, channel in enumerate(PARTS)
         }
         sizes = {
             "balls_g": 1e3 * source.balls_kg,

@@ -20,10 +20,10 @@ import pandas as pd
 
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.errors import ConfigError, MillprintError
-from millprint.dem.collisions import CHANNELS, ROUNDING
+from millprint.dem.collisions import ROUNDING
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
 from millprint.fingerprint.readers import Contacts, collisions_by, read_contacts
-from millprint.observables.counted_collisions import BOTH, PAIRS
+from millprint.observables.counted_collisions import BOTH, CHANNELS, PAIRS
 from millprint.run.files import read_table
 from millprint.run.job import progress
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from millprint.dose.spectra import BOTH, CHANNELS
 from millprint.fingerprint.descriptors import CHARGE, NOTHING, ONE_SIZE
 from millprint.fingerprint.mill_sheet import SHEET, Row, sheet_condition
+from millprint.observables.counted_collisions import BOTH, CHANNELS
 from millprint.observables.definitions import DESCRIPTORS
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import DescriptorSet, MatchConfig
 from millprint.config.mill import MillConfig
 from millprint.dose.heat_balance import BAND, BODIES
-from millprint.dose.spectra import BIN_EDGES, BOTH, CHANNELS, PAIRS
+from millprint.dose.spectra import BIN_EDGES
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import FURTHER, ORIGINS, checked_factors
 from millprint.fingerprint.condition_search import GRID, SOLD_MM, simulated_request
@@ -29,6 +29,7 @@ from millprint.fingerprint.readers import read_content
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.speed_limits import mill_in_words, wall_acceleration
 from millprint.observables.condition import SCALES, VARIABLES
+from millprint.observables.counted_collisions import BOTH, CHANNELS, PAIRS
 from millprint.observables.definitions import DESCRIPTOR_SETS, OWN_CURVES, PREDICTED, TARGET_DESCRIPTORS
 from millprint.run.files import read_table
 from millprint.run.html_pages import embed_files, embed_json, render_page

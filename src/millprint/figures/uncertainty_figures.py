@@ -21,7 +21,8 @@ from millprint.figures.style import (
     show_tolerance,
     ticks_at,
 )
-from millprint.fingerprint.study import DESCRIBED, POWERS
+from millprint.fingerprint.study import DESCRIBED
+from millprint.observables.counted_collisions import CHANNELS
 from millprint.observables.definitions import CURVES, DESCRIPTORS
 
 COLUMNS = 4
@@ -114,7 +115,7 @@ def _plot_setting(axis: Axes, table: pd.DataFrame, setting: str, tolerance: floa
 
 def _plot_window(axis: Axes, window: pd.DataFrame, tolerance: float) -> None:
     show_tolerance(axis, tolerance)
-    for name in POWERS:
+    for name in CHANNELS:
         place = DESCRIBED.index(f"{name}_power_W")
         axis.errorbar(
             window["turns"], window[f"{name}_power_change_percent"],

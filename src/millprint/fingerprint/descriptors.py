@@ -21,7 +21,7 @@ from millprint.dem.turns import (
     scale_of_hits,
 )
 from millprint.fingerprint.readers import collisions_by, read_contacts
-from millprint.observables.counted_collisions import Collisions
+from millprint.observables.counted_collisions import CHANNELS, PARTS, Collisions
 from millprint.observables.definitions import COMPUTED, DESCRIPTORS, MEASURED, STATISTICS, Measured
 from millprint.run.files import read_table
 from millprint.run.numbers import prefix_of, three
@@ -33,9 +33,6 @@ CONDITION_TEXT = ["mill", "contact", "varied", CHARGE]
 CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_m3", "amplitude_m"]
 CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
 NOTHING = "nothing"
-CHANNELS = ("normal", "tangential")
-# The channels of the power.
-PARTS = (*CHANNELS, "rolling")
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.

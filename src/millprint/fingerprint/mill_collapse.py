@@ -18,10 +18,11 @@ from millprint.cases.of_mill import RUN_WAY, WAYS
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.estimate.estimates import Estimate
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN, Allowed, Verdict, judge
-from millprint.fingerprint.descriptors import CHANNELS, CHARGE, as_built
+from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.observables.condition import SCALES
+from millprint.observables.counted_collisions import CHANNELS
 from millprint.observables.definitions import POWER, PREDICTED, SCALED_BY
 
 # Exponents in the equations, for quantities of one ball or one collision.
@@ -325,7 +326,7 @@ def compare_run(sheet: pd.DataFrame, large: dict, rule: dict) -> pd.DataFrame:
     foreseen = sheet.set_index("way").loc[RUN_WAY.name]
     simulated = {
         "balls": large["balls"],
-        **{f"weighted_{name}_energy_J": large["weighted"][name]["energy_J"] for name in ("normal", "tangential")},
+        **{f"weighted_{name}_energy_J": large["weighted"][name]["energy_J"] for name in CHANNELS},
         "normal_energy_J": rule["mean_normal_J"],
         "tangential_energy_J": rule["mean_tangential_J"],
         "specific_frequency_hz": rule["specific_frequency_hz"],

@@ -24,7 +24,6 @@ from millprint.config.load import MILL_FOLDER, WORKING_FOLDER, YAML, Sources
 from millprint.config.mill import MillConfig
 from millprint.config.wording import close_to
 from millprint.dem.collisions import (
-    CHANNELS,
     CONTACTS_BY,
     COUNTING,
     VALUE_NAMES,
@@ -36,7 +35,7 @@ from millprint.dem.collisions import (
     read_rows,
     sort_by_pair,
 )
-from millprint.observables.counted_collisions import Collisions
+from millprint.observables.counted_collisions import CHANNELS, Collisions
 from millprint.observables.definitions import MEASURED
 from millprint.run.files import read_format, read_json, read_table
 from millprint.run.hdf5 import open_hdf5

@@ -32,11 +32,11 @@ from millprint.estimate.quantiles import (
     normal_exceeded,
     student_exceeded,
 )
+from millprint.observables.counted_collisions import CHANNELS
 from millprint.observables.definitions import DESCRIPTOR_SETS, DESCRIPTORS
 
-POWERS = ("normal", "tangential")
 # What is compared.
-DESCRIBED = (*DESCRIPTOR_SETS["per_collision"], *(f"{name}_power_W" for name in POWERS))
+DESCRIBED = (*DESCRIPTOR_SETS["per_collision"], *(f"{name}_power_W" for name in CHANNELS))
 # The first columns of a study.
 FRONT = ("setting", "factor", "value", "seeds", "time_step_s", "young_modulus_gpa", "closure", "processor_s")
 # Settings with what to change, and as a line names them.
@@ -78,7 +78,7 @@ def study_row(setting: str, factor: float, value: float, summaries: list[dict], 
 
 def _descriptors(summary: dict, rule: str) -> dict[str, float]:
     frequency = recorded_count(summary, rule)["frequency_hz"]
-    normal, tangential = (summary["power_W"][name] for name in POWERS)
+    normal, tangential = (summary["power_W"][name] for name in CHANNELS)
     energies = [power / frequency if frequency else np.nan for power in (normal, tangential)]
     return dict(zip(DESCRIBED, [*energies, frequency / summary["balls"], normal, tangential], strict=True))
 
@@ -100,7 +100,7 @@ def tabulate_window(summaries: list[dict]) -> pd.DataFrame:
     """
     turns = min(len(summary["per_revolution"]["normal_J"]) for summary in summaries)
     table = pd.DataFrame({"turns": np.arange(1, turns + 1)})
-    for name in POWERS:
+    for name in CHANNELS:
         energies = np.array([summary["per_revolution"][f"{name}_J"][:turns] for summary in summaries])
         means = np.cumsum(energies, axis=1) / table["turns"].to_numpy()
         change = 100 * (means / means[:, -1:] - 1)
@@ -224,7 +224,7 @@ def changes_of_halves(summaries: list[dict]) -> pd.DataFrame:
     Each run is compared with itself, so that runs of any variant count alike. error_percent: the standard error.
     """
     rows = []
-    for name in POWERS:
+    for name in CHANNELS:
         changes = []
         for summary in summaries:
             energies = np.asarray(summary["per_revolution"][f"{name}_J"])

@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 
 CHANNELS = ("normal", "tangential")
+# The channels of the power.
+PARTS = (*CHANNELS, "rolling")
 PAIRS = ("ball_ball", "ball_wall")
 BOTH = "both"
 

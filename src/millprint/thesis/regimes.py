@@ -22,6 +22,7 @@ from millprint.dose.kinetics import MODELS, TIME, YIELD, doses
 from millprint.fingerprint.descriptors import CHARGE, NOTHING, condition_of
 from millprint.fingerprint.descriptors import CONDITION as WITH_CHARGE
 from millprint.observables.condition import Condition, Quantity, power_scale
+from millprint.observables.counted_collisions import CHANNELS
 from millprint.observables.definitions import BASIC, descriptors_of, scaled_quantities
 from millprint.run.hdf5 import open_hdf5
 from millprint.run.tables import CASE, Number, Text, read_measured, read_printed, refuse_rows
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
 # Only the chapters have these tables, and their balls are of one size.
 CONDITION = [name for name in WITH_CHARGE if name != CHARGE]
-CHANNELS = ("normal", "tangential")
 CYCLE_PARTS = ("mean_J", "sd_J", "cv_percent")
 # Of a density.
 CYCLE_POINTS = 120
@@ -305,11 +305,11 @@ def published_point(published: pd.DataFrame, contact: str, fill_ratio: float) ->
 
 def published_cycles(published: pd.DataFrame) -> pd.DataFrame:
     """Table 3.5 with the means that it implies: standard deviation over coefficient of variation [J]."""
-    quantities = [f"{channel}_{part}" for channel in ("normal", "tangential") for part in ("sd_J", "cv_percent")]
+    quantities = [f"{channel}_{part}" for channel in CHANNELS for part in ("sd_J", "cv_percent")]
     rows = published[published["quantity"].isin(quantities)]
     index = ["contact", "fill_ratio", "ball_diameter_mm", "speed_rpm"]
     table = rows.pivot_table(index=index, columns="quantity", values="value").reset_index()
-    for channel in ("normal", "tangential"):
+    for channel in CHANNELS:
         if f"{channel}_sd_J" in table:
             table[f"{channel}_mean_J"] = 100.0 * table[f"{channel}_sd_J"] / table[f"{channel}_cv_percent"]
     return table

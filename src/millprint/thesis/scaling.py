@@ -25,6 +25,7 @@ from millprint.fingerprint.descriptors import (
 )
 from millprint.fingerprint.mill_collapse import SUPPOSED, with_power_per_ball
 from millprint.observables.condition import Condition, specific_frequency
+from millprint.observables.counted_collisions import CHANNELS
 from millprint.observables.definitions import (
     CURVES,
     DESCRIPTOR_SETS,
@@ -351,7 +352,6 @@ def tabulate_collapse(descriptors: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=COLLAPSE_COLUMNS)
 
 
-CHANNELS = ("normal", "tangential")
 # What is known of each revolution: energies, and sums of squares of the energies of contacts.
 OF_TURN = [*(f"{name}_J" for name in CHANNELS), *(f"{name}_square_J2" for name in CHANNELS)]
 

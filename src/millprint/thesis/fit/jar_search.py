@@ -16,9 +16,10 @@ from millprint.config.errors import ConfigError, SimulationError
 from millprint.config.mill import MillConfig, StadiumGeometry
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import simulate
-from millprint.fingerprint.descriptors import CHANNELS, as_built, tabulate_descriptors
+from millprint.fingerprint.descriptors import as_built, tabulate_descriptors
 from millprint.mill.outlines import enclosed_volume
 from millprint.mill.shapes import stadium_facets
+from millprint.observables.counted_collisions import CHANNELS
 from millprint.thesis.regimes import published_curves, published_cycles, read_published, tabulate_cycles
 from millprint.thesis.scaling import average_curves
 
