@@ -27,7 +27,7 @@ if "snakemake" in globals():
         contacts = {contact["name"]: ContactConfig(**contact) for contact in given.contacts}
         points = measured_points(read_measurements(snakemake.input.measured, SETTINGS))
         if made.get("charge"):
-            done = Path(made.runs).with_name("runs.partial")
+            done = Path(made.runs).with_name(KEPT)
             wanted = design(settings, contacts, measured_speeds(settings, points[points["setup"] == name]))
             runs, charge = run_all(wanted, settings, mill, contacts[settings.contact], dem, done)
             write_table(runs, made.runs)
