@@ -14,7 +14,7 @@ import sys
 import numpy as np
 import pandas as pd
 
-from millprint.atlas.atlas_model import MARKS
+from millprint.atlas.atlas_model import MARKS, NORMAL
 from millprint.atlas.design import HELD_OUT, TRAINING, design, simulate_row, write_held_out
 from millprint.atlas.estimate_mill import check, estimate, exponents
 from millprint.atlas.kind_groups import Kind
@@ -34,7 +34,6 @@ CHANGED = {
     "drum": ("speed_hz", "ball_diameter_mm", "radius_mm", "wall_static_friction"),
 }
 NUMBERS = ("wall_power_W", "weighted_normal_energy_J", "weighted_tangential_energy_J")
-NORMAL = 1.645
 
 
 def error_of(name: str) -> str:

@@ -20,6 +20,7 @@ import numpy as np
 from millprint.atlas.kind_groups import Kind
 from millprint.atlas.kinds import KINDS
 from millprint.config.errors import ConfigError
+from millprint.estimate.quantiles import normal_quantile
 from millprint.run.files import read_format
 
 FORMAT = "millprint atlas 3"
@@ -48,6 +49,9 @@ MARKS = {
     "weighted_tangential_energy_J": 0.15,
     "weighted_tangential_frequency_hz": 0.15,
 }
+# Level of the intervals, and the normal quantile at their ends [-].
+LEVEL = 0.90
+NORMAL = float(normal_quantile(0.5 + LEVEL / 2))
 # Variances of a slope over the range of a group and of the constant, of a logarithm, before anything is simulated.
 SLOPES, CONSTANT = 1.0, 10.0
 # The probability that balls hit something, under which only the power is told.

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from millprint.atlas.atlas_model import HITS, MARKS, PREDICTED, KindModel, combined, inputs_of, read_model
+from millprint.atlas.atlas_model import HITS, MARKS, NORMAL, PREDICTED, KindModel, combined, inputs_of, read_model
 from millprint.atlas.kind_groups import BEYOND, MOST_BALLS, PACKED, SETTINGS, Kind, Values, within_limits
 from millprint.config.errors import ConfigError
 from millprint.config.load import shipped
@@ -18,8 +18,8 @@ MODEL = "config/atlas/model.json"
 SIMULATE = "simulate it: `millprint card` for one condition, `millprint fingerprint` for the mill"
 # The group that changes no power: beyond its range the end is taken, and a note says so.
 STIFFNESS = "softness"
-# Change of a dimension over which an exponent is taken, as a logarithm; normal quantile of 90 % intervals.
-STEP, NORMAL = 0.1, 1.645
+# Change of a dimension over which an exponent is taken, as a logarithm.
+STEP = 0.1
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,8 @@ import pandas as pd
 from millprint.atlas.atlas_model import (
     FITTED,
     FORMAT,
+    LEVEL,
+    NORMAL,
     PREDICTED,
     KindModel,
     Surface,
@@ -25,10 +27,9 @@ from millprint.atlas.atlas_model import (
 from millprint.atlas.design import FAILED, HELD_OUT, SKIPPED
 from millprint.atlas.kind_groups import Kind, within_limits
 from millprint.estimate.gaussian_process import Conditioned, Covariance, Kernel, Likelihood
-from millprint.estimate.quantiles import normal_quantile
 
-# Strengths of the ridges of power laws of numbers and of widths, in rows; level of the intervals [-].
-RIDGE, SHRINK, LEVEL = 0.3, 10.0, 0.90
+# Strengths of the ridges of power laws of numbers and of widths, in rows.
+RIDGE, SHRINK = 0.3, 10.0
 # Noise of the logarithm of a row: least, most, and where turns do not tell it [-].
 LEAST_NOISE, MOST_NOISE, OTHER_NOISE = 0.003, 1.0, 0.02
 # The relative standard error of each of FITTED, as far as turns tell it.
@@ -229,7 +230,7 @@ def without_own(
 def growth(values: np.ndarray, noise: np.ndarray, told: np.ndarray, deviation: np.ndarray) -> float:
     """`Surface.factor`, from values (n,) with their noise, and what a process without them told with its deviation."""
     off = np.abs(values - told) / np.hypot(deviation, noise)
-    return max(1.0, float(np.quantile(off, LEVEL)) / normal_quantile(0.5 + LEVEL / 2))
+    return max(1.0, float(np.quantile(off, LEVEL)) / NORMAL)
 
 
 def fit_width(inputs: np.ndarray, residuals: np.ndarray) -> Width:
