@@ -165,6 +165,7 @@ def summaries(counts=(1000, 1000)) -> list[dict]:
         summary["per_revolution"] = {
             "normal_J": energies.tolist(),
             "tangential_J": (2 * energies).tolist(),
+            "rolling_J": (0.1 / energies).tolist(),
             "wall_J": [],
             "normal_square_J2": (3 * energies**2).tolist(),
             "tangential_square_J2": (5 * energies).tolist(),
@@ -193,7 +194,9 @@ def test_drawn_runs_keep_what_belongs_together():
         energies = run["per_revolution"]
         np.testing.assert_allclose(energies["tangential_J"], 2 * np.array(energies["normal_J"]))
         factor = np.mean(energies["normal_J"]) / np.mean(before["per_revolution"]["normal_J"])
-        assert run["power_W"]["normal"] == pytest.approx(factor * before["power_W"]["normal"])
+        power = run["power_W"]
+        assert power["normal"] == pytest.approx(factor * before["power_W"]["normal"])
+        assert power["wall"] == pytest.approx(power["normal"] + power["tangential"] + power["rolling"])
         assert factor != 1
         squares = np.mean(energies["normal_square_J2"]) / np.mean(before["per_revolution"]["normal_square_J2"])
         new, old = run["weighted"]["normal"], before["weighted"]["normal"]
@@ -205,6 +208,17 @@ def test_drawn_runs_keep_what_belongs_together():
         for rule, earlier in zip(run["collisions"], before["collisions"], strict=True):
             total = rule["mean_normal_J"] * rule["frequency_hz"]
             assert total == pytest.approx(factor * earlier["mean_normal_J"] * earlier["frequency_hz"])
+
+
+def test_drawn_runs_without_shear_have_none():
+    own = summaries()
+    for run in own:
+        run["per_revolution"] |= dict.fromkeys(("tangential_J", "tangential_square_J2", "rolling_J"), [0.0] * 20)
+        run["power_W"] |= {"tangential": 0.0, "rolling": 0.0, "wall": run["power_W"]["normal"]}
+    for run in redraw(own, np.random.default_rng(6)):
+        assert run["power_W"]["tangential"] == run["power_W"]["rolling"] == 0
+        assert run["power_W"]["wall"] == pytest.approx(run["power_W"]["normal"])
+        assert np.isfinite(run["weighted"]["tangential"]["energy_J"])
 
 
 @pytest.mark.parametrize(("counts", "spread"), [((1000, 1000), 1), ((900, 1100), 20)])

@@ -25,7 +25,7 @@ from millprint.fingerprint.descriptors import (
 )
 from millprint.fingerprint.mill_collapse import SUPPOSED, with_power_per_ball
 from millprint.observables.condition import Condition, specific_frequency
-from millprint.observables.counted_collisions import CHANNELS
+from millprint.observables.counted_collisions import CHANNELS, PARTS
 from millprint.observables.definitions import (
     CURVES,
     DESCRIPTOR_SETS,
@@ -353,7 +353,7 @@ def tabulate_collapse(descriptors: pd.DataFrame) -> pd.DataFrame:
 
 
 # What is known of each revolution: energies, and sums of squares of the energies of contacts.
-OF_TURN = [*(f"{name}_J" for name in CHANNELS), *(f"{name}_square_J2" for name in CHANNELS)]
+OF_TURN = [*(f"{name}_J" for name in PARTS), *(f"{name}_square_J2" for name in CHANNELS)]
 
 
 def draw_blocks(series: list[np.ndarray], length: int, rng: np.random.Generator) -> np.ndarray:
@@ -422,16 +422,24 @@ def draw_tables(
 
 
 def _with(run: dict, own: np.ndarray, energies: np.ndarray, spread: dict[str, float], rng: np.random.Generator) -> dict:
-    """A run with these values of its revolutions (n, OF_TURN) in place of its own."""
-    factor = energies.mean(axis=0) / own.mean(axis=0) if len(own) else np.ones(len(OF_TURN))
-    power = run["power_W"] | {name: run["power_W"][name] * factor[i] for i, name in enumerate(CHANNELS)}
+    """A run with these values of its revolutions (n, OF_TURN) in place of its own; its wall power goes with its parts.
+
+    What is always zero, such as shear of balls that bounce straight up, stays so.
+    """
+    ratios, before = np.ones(len(OF_TURN)), run["power_W"]
+    if len(own):
+        means = own.mean(axis=0)
+        np.divide(energies.mean(axis=0), means, out=ratios, where=means != 0)
+    factor, squares = dict(zip(PARTS, ratios, strict=False)), dict(zip(CHANNELS, ratios[len(PARTS) :], strict=True))
+    parts = {name: before[name] * factor[name] for name in PARTS}
+    power = before | parts | {"wall": before["wall"] * sum(parts.values()) / sum(before[name] for name in PARTS)}
     revolutions = run["per_revolution"] | {key: energies[:, i].tolist() for i, key in enumerate(OF_TURN)}
     weighted = dict(run["weighted"])
-    for i, name in enumerate(CHANNELS):
+    for name in CHANNELS:
         # E* goes with squares over energy, its rate with energy over E*.
-        change = factor[len(CHANNELS) + i] / factor[i]
+        change = squares[name] / factor[name]
         energy, rate = (weighted[name][key] for key in ("energy_J", "specific_frequency_hz"))
-        own_values = {"energy_J": energy * change, "specific_frequency_hz": rate * factor[i] / change}
+        own_values = {"energy_J": energy * change, "specific_frequency_hz": rate * factor[name] / change}
         weighted[name] = weighted[name] | own_values
     chance, rules = rng.standard_normal(), []
     for rule in run["collisions"]:
@@ -440,7 +448,7 @@ def _with(run: dict, own: np.ndarray, energies: np.ndarray, spread: dict[str, fl
         rate = np.exp(chance * np.sqrt(spread.get(rule["name"], 1.0) / count)) if count else 1.0
         names = ("count", "frequency_hz", "specific_frequency_hz", "collisions_of_a_ball_hz")
         changed = {name: rule[name] * rate for name in names}
-        means = {f"mean_{name}_J": rule[f"mean_{name}_J"] * factor[i] / rate for i, name in enumerate(CHANNELS)}
+        means = {f"mean_{name}_J": rule[f"mean_{name}_J"] * factor[name] / rate for name in CHANNELS}
         rules.append(rule | changed | means)
     return run | {"power_W": power, "per_revolution": revolutions, "weighted": weighted, "collisions": rules}
 
