@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from scipy.special import stdtrit
 
 from millprint.config.calibration import FRICTION_PAIR, SwingConfig
 from millprint.config.contact_set import NOMINAL_SPEED_M_S, ContactConfig, SpeedTable
@@ -23,6 +22,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill import BoxGeometry, MillConfig
 from millprint.dem.resources import resolved_step
 from millprint.dem.simulation import FewBalls, walls_for
+from millprint.estimate.estimates import ENDS, mean_of
 from millprint.mill.distance import signed_distance
 from millprint.mill.gravity import GRAVITY
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
 SAMPLE_S = 1e-4  # the top of a bounce is flat: it is missed by at most g dt^2 / 8, 0.01 micrometre
 FEWEST_HEIGHTS = 3
-ENDS = ("lower", "upper")
 HEIGHTS = ["drop_height_mm", "bounce_height_mm"]
 
 
@@ -120,9 +119,9 @@ def summarise_drops(drops: pd.DataFrame, probability: float) -> dict[str, float]
     """
     values = drops["restitution"].to_numpy()
     spread = float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
-    half = float(stdtrit(len(values) - 1, (1 + probability) / 2)) * spread / len(values) ** 0.5
-    mean = float(values.mean())
-    return {"drops": len(values), "mean": mean, "sd": spread, "lower": mean - half, "upper": mean + half}
+    found = mean_of(values, "-", probability)
+    ends = dict(zip(ENDS, found.ends("repeats"), strict=True))
+    return {"drops": len(values), "mean": found.value, "sd": spread, **ends}
 
 
 def restitution_over_speed(drops: pd.DataFrame, probability: float) -> pd.DataFrame:
