@@ -1,8 +1,6 @@
 """The simulations of one mill: of its sweep, new ones, of a study of its settings, and of the enlarged mill.
 
-The Snakefile imports this, so no heavy imports here.
-
-The Snakefile asks for them, so nothing that takes long is imported here.
+The Snakefile imports this, so nothing that takes long is imported here.
 """
 
 import math

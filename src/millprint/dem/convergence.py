@@ -75,7 +75,7 @@ def _over_seeds(runs: pd.DataFrame, quantities: list[str], descending: bool) -> 
     for quantity in quantities:
         table[column_of(quantity, "se")] = groups[quantity].std(ddof=1) / np.sqrt(table["seeds"])
     table["power_two_sigma_W"] = 2 * np.sqrt(table.pop("revolution_power_variance_W2"))
-    # The minimum, because a job may have compiled its kernels or shared its core.
+    # The median, because one of the jobs may have compiled its kernels or shared its core.
     times = ["processor_s", "wall_clock_s", "ns_per_ball_step"]
     table[times] = groups[times].median()
     table["closure_worst"] = groups["closure"].max()

@@ -537,7 +537,7 @@ def picture_mill(mill: MillConfig) -> MillPicture:
     turns = np.arange(FRAMES) / FRAMES
     moving = next((k for k, body in enumerate(bodies) if body.motion.frequency_hz), 0)
     corners = shapes[moving].vertices_m
-    # The vertex farthest from the body's origin in the horizontal plane is easiest to follow.
+    # The vertex farthest from the middle of the body's bounds is easiest to follow.
     mark = moving, corners[np.argmax(np.linalg.norm(corners - shapes[moving].middle_m, axis=1))]
     times = np.linspace(0, 1, PATH_POINTS)
     path = np.array([bodies[moving].to_laboratory(mark[1][None], time)[0] for time in times])
