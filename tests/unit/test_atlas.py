@@ -427,6 +427,13 @@ def test_a_fingerprint_is_shown_beside_the_atlas(capsys, monkeypatch):
         assert capsys.readouterr().out.count("A LARGE DIFFERENCE") == large
 
 
+def test_a_fingerprint_of_a_mill_in_which_nothing_hits_is_shown_too(capsys, monkeypatch):
+    known = dict.fromkeys(estimate_condition.TOLD, Estimate(math.nan, "J")) | {"wall_power_W": Estimate(1.0, "W")}
+    monkeypatch.setattr(Fingerprint, "predict", lambda *_: SimpleNamespace(known=known, outside=()))
+    estimate_condition.main(["mixer", "--balls", "10", "--charge", "number=6", "--speed", "25Hz", "--simulated"])
+    assert "simulated" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("mill", "balls", "factor", "verdicts"),
     [

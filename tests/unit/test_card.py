@@ -16,7 +16,7 @@ from millprint.card.read import match_card, read_card
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.sweep import ball_count
-from millprint.run.numbers import plain, prefix_of, three
+from millprint.run.numbers import NOT_KNOWN, plain, prefix_of, three
 from tests.refusals import refusal
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, ROLLING, VOLUME, WEIGHTED_OVER_MEAN, fingerprint, true_curves
 
@@ -214,7 +214,15 @@ def test_numbers_have_three_digits(value, text):
 def test_units_have_prefixes():
     factor, unit = prefix_of(2.2e-4, "J")
     assert unit == "µJ" and factor == pytest.approx(1e6)
+    # As it is rounded.
+    assert [prefix_of(value, "W") for value in (999.4, 999.6, 1e3)] == [(1.0, "W"), (1e-3, "kW"), (1e-3, "kW")]
+    assert [prefix_of(value, "J")[1] for value in (1e-6, 9.9951e-7, 1e-12, 1e12)] == ["µJ", "µJ", "nJ", "MJ"]
     assert prefix_of(12.0, "kJ/g") == (1.0, "kJ/g") and plain(96.77) == "96.8" and plain(30.0) == "30"
+
+
+def test_what_is_not_finite_has_neither_digits_nor_a_prefix():
+    assert [three(value) for value in (np.nan, np.inf, -np.inf)] == [NOT_KNOWN, "inf", "-inf"]
+    assert prefix_of(np.nan, "W") == prefix_of(-np.inf, "W") == (1.0, "W")
 
 
 def test_the_methods_paragraph_has_the_cards_numbers(written):

@@ -30,11 +30,11 @@ from millprint.figures.style import (
     plt,
     write_rows,
 )
-from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, ORIGINS
+from millprint.fingerprint.bands import FURTHER, ORIGINS
 from millprint.fingerprint.descriptors import CHARGE, MOTIONS
 from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, WHERE, by_columns, shown_speed
 from millprint.observables.definitions import DESCRIPTORS, SHEET_PANELS
-from millprint.run.numbers import plain, prefix_of, three
+from millprint.run.numbers import NOT_KNOWN, plain, prefix_of, three
 from millprint.view.frames import Look, MillPicture
 
 INK, DARK, LIGHT = "#303030", 0.74, 0.96
@@ -185,7 +185,7 @@ def _unit(unit: str) -> str:
 
 
 def _number(value: float) -> str:
-    return NOT_KNOWN if value is None or np.isnan(value) else three(value)
+    return NOT_KNOWN if value is None else three(value)
 
 
 def _quantity(row: Any, *intervals: tuple[float, float]) -> str:

@@ -37,7 +37,6 @@ ORIGINS = {
 }
 # Those that are analysed afterwards: each is a part of a fingerprint's file.
 FURTHER = {name: ORIGINS[name] for name in ("contact", "shape")}
-NOT_KNOWN = "not known"
 
 # The quantities of CURVES that every file of factors must have.
 POWERS = ("Pn", "Pt", "ratio", "P")

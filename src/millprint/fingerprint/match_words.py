@@ -17,7 +17,7 @@ from millprint.config.included import load_mill
 from millprint.config.load import check_model
 from millprint.estimate.estimates import columns_of, ratio_of
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
-from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, ORIGINS
+from millprint.fingerprint.bands import FURTHER, ORIGINS
 from millprint.fingerprint.condition_search import (
     SOLD_MM,
     Target,
@@ -32,7 +32,7 @@ from millprint.fingerprint.mill_sheet import shown_speed
 from millprint.fingerprint.model import Fingerprint
 from millprint.observables.condition import Condition
 from millprint.observables.definitions import DESCRIPTOR_SETS, POWER, POWER_PARTS, PREDICTED, SHARE
-from millprint.run.numbers import three
+from millprint.run.numbers import NOT_KNOWN, three
 
 # A setting is at a limit if it is as near as this, as a fraction of it.
 AT_LIMIT = 2e-3

@@ -6,15 +6,22 @@ import math
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
 # Units that take a prefix.
 PREFIXED = ("J", "W", "N", "W/kg")
+NOT_KNOWN = "not known"
 
 
 def three(value: float) -> str:
-    """A number with three digits, without an exponent where it is between a thousandth and a million."""
+    """A number with three digits, without an exponent where it is between a thousandth and a million.
+
+    NOT_KNOWN for what is not a number, such as a quantity without a curve.
+    """
     if value == 0:
         return "0"
+    if math.isnan(value):
+        return NOT_KNOWN
     rounded = float(f"{value:.3g}")
-    digits = max(0, 2 - math.floor(math.log10(abs(rounded))))
-    return f"{rounded:.{digits}f}" if 1e-3 <= abs(rounded) < 1e6 else f"{value:.2e}"
+    if not 1e-3 <= abs(rounded) < 1e6:
+        return f"{value:.2e}"
+    return f"{rounded:.{max(0, 2 - math.floor(math.log10(abs(rounded))))}f}"
 
 
 def plain(value: float) -> str:
@@ -23,10 +30,14 @@ def plain(value: float) -> str:
 
 
 def prefix_of(value: float, unit: str) -> tuple[float, str]:
-    """The factor and the unit that give a value one to three digits before the point: 2.2e-4 J is 220 µJ."""
-    if unit not in PREFIXED or value == 0:
+    """The factor and the unit that give a value, rounded to three digits, one to three digits before the point.
+
+    2.2e-4 J is 220 µJ; what is not finite has no exponent, and no prefix.
+    """
+    exponent = f"{value:.2e}".partition("e")[2]
+    if unit not in PREFIXED or value == 0 or not exponent:
         return 1.0, unit
-    power = max(min(PREFIXES), min(max(PREFIXES), 3 * math.floor(math.log10(abs(value)) / 3)))
+    power = max(min(PREFIXES), min(max(PREFIXES), 3 * (int(exponent) // 3)))
     return 10.0**-power, PREFIXES[power] + unit
 
 
