@@ -176,8 +176,10 @@ def _squares_left(dose: np.ndarray, yields: np.ndarray) -> float:
     return float(np.sum((yields - 100 * (1 - np.exp(-((found[0] * reduced) ** found[1])))) ** 2))
 
 
-OWN = pd.DataFrame({"case": ["a", "b"], "mill": "emax", "powder_mass_g": [2.0, 4.0], "time_h": [1.0, 2.0]})
-OWN = OWN.assign(fill_ratio=0.1, speed_rpm=600.0, ball_diameter_mm=10.0)
+OWN = pd.DataFrame({
+    "case": ["a", "b"], "mill": "emax", "powder_mass_g": [2.0, 4.0], "time_h": [1.0, 2.0],
+    "fill_ratio": 0.1, "speed_rpm": 600.0, "ball_diameter_mm": 10.0,
+})  # fmt: skip
 
 
 @pytest.fixture(scope="module")

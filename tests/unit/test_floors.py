@@ -56,6 +56,24 @@ def test_no_file_name_occurs_twice():
     assert not [name for name, count in names.items() if count > 1]
 
 
+def assigned_in(path: Path) -> list[str]:
+    """The names that a module assigns at its top level, one for each time; those of ifs and loops are not counted."""
+    lines = [line for line in ast.parse(path.read_text()).body if isinstance(line, ast.Assign | ast.AnnAssign)]
+    targets = [each for line in lines for each in (line.targets if isinstance(line, ast.Assign) else [line.target])]
+    names = [node for target in targets for node in ast.walk(target) if isinstance(node, ast.Name)]
+    return [name.id for name in names if isinstance(name.ctx, ast.Store)]
+
+
+@pytest.mark.slow
+def test_a_constant_is_assigned_once():
+    """The format of a file took over that of another, when two modules became one; no rule of ruff sees it."""
+    folders = [ROOT / name for name in ("src", "scripts", "tools", "tests", "benchmarks")]
+    paths = [path for folder in folders for path in folder.rglob("*.py")]
+    twice = {str(path): [name for name, times in Counter(assigned_in(path)).items() if times > 1] for path in paths}
+    assert len(paths) > 400
+    assert not {path: names for path, names in twice.items() if names}
+
+
 def test_modules_belong_to_a_package():
     """Only what `import millprint` offers is outside of a package."""
     assert {path.stem for path in PACKAGE.glob("*.py")} == {"__init__", "api"}

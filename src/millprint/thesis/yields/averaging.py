@@ -26,8 +26,8 @@ from millprint.thesis.yields.features import CHEMICAL, Standardisation, describe
 from millprint.thesis.yields.regressors import AVERAGED
 
 # Nodes and weights of the Gauss-Hermite quadrature, for means over a normal distribution.
-NODES, NODE_WEIGHTS = np.polynomial.hermite_e.hermegauss(20)
-NODE_WEIGHTS = NODE_WEIGHTS / NODE_WEIGHTS.sum()
+NODES, _weights = np.polynomial.hermite_e.hermegauss(20)
+NODE_WEIGHTS = _weights / _weights.sum()
 BISECTIONS = 50
 # Quantiles are searched between these conversions [-]; with the identity link they can be below 0 or above 1.
 LOWEST, HIGHEST = -2.0, 3.0
