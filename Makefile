@@ -31,7 +31,7 @@ KILLED := $(addprefix tests/workflow/test_,$(addsuffix .py,kills server wheel))
 PAGED := $(addprefix tests/workflow/test_,$(addsuffix .py,docs first_hour notebooks readme))
 PARTS := test-smoke test-physics test-slow test-workflow test-pages test-kills test-fast
 
-.PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock mutants clean
+.PHONY: help plan install thesis smoke validation unlock verify crate docs test check types kernels $(PARTS) fuzz surfaces kills slurm lint format bench ablations reference lock mutants clean texts
 
 # What any mill needs; `make thesis` and `make test` install the rest.
 install: $(VENV)/installed  ## install what any mill needs into .venv
