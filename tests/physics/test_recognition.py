@@ -245,8 +245,7 @@ def test_a_file_whose_facets_fold_on_its_walls_is_not_refused(in_project):
     """In inches with three decimals, the steps of its rounding are eight times as long as the grid."""
     drafted = chain([(0, 0), (38.1, 0), (39.763, 63.5), (0, 63.5)], [0.0] * 3, closed=False)
     write_stl(Path("made.stl"), profiles.mesh(Hollow("inch", rounded(drafted, 1, 2, 6.35)), 192, 0.3) / 25.4, 3)
-    found = vessel_of({"kind": "stl", "path": "made.stl", "unit": "inch"})
-    assert found.curves or "stay flat" in found.report[-1]
+    assert vessel_of({"kind": "stl", "path": "made.stl", "unit": "inch"}).curves
 
 
 @pytest.mark.slow
