@@ -17,6 +17,6 @@ if "snakemake" in globals():
         if made.get("gif"):
             movie = read_movie(run, ViewConfig(**snakemake.params.settings))
             save_animation(movie, made.gif, made.png)
-            log.info("%d frames, %.3g times slower than real time", len(movie.frames), movie.slow_motion)
+            log.info("%d frames, %s than real time", len(movie.frames), movie.pace)
         else:
             log.info("%d snapshots", export_run(run, *made))

@@ -10,7 +10,7 @@ from PIL import Image
 from millprint.cli.commands import main as millprint
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import Animation, save_animation
-from millprint.view.frames import read_movie
+from millprint.view.frames import Movie, read_movie
 from tests.unit.run_samples import OUTLINE, turn, write_sample
 
 pytestmark = pytest.mark.usefixtures("close_figures")
@@ -57,6 +57,11 @@ def test_the_jar_is_outlined_where_it_is(tmp_path, turning):
     assert np.ptp(side.wall_mm[..., 1]) == pytest.approx(30)
     for panel, picture in zip(movie.panels, (above, side), strict=True):
         assert (picture.outline_mm > panel.limits_mm[0]).all() and (picture.outline_mm < panel.limits_mm[1]).all()
+
+
+def test_slow_motion_that_is_fast_is_told_as_fast():
+    told = [Movie("", 1.0, 40, factor, (), ()).pace for factor in (20.0, 1.0, 0.4)]
+    assert told == ["20 times slower", "1 times slower", "2.5 times faster"]
 
 
 @pytest.mark.parametrize("suffix", ["gif", "png"])

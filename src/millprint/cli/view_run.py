@@ -44,7 +44,7 @@ def animate(run: Path, out: Path | None, start: float | None, **keys: float) -> 
     out = out or run.parent / "mill.gif"
     movie = read_movie(run, check_model(keys, ViewConfig, "command line"), start)
     save_animation(movie, out)
-    print(f"{len(movie.frames)} frames, {movie.slow_motion:.3g} times slower than real time, written to {out}")
+    print(f"{len(movie.frames)} frames, {movie.pace} than real time, written to {out}")
 
 
 def export(run: Path, every: int, out: Path | None) -> None:

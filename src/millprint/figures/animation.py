@@ -123,7 +123,7 @@ class Animation:
         for view, picture in zip(self._views, frame.pictures, strict=True):
             view.draw(picture, self._speeds)
         turns = "" if frame.revolution is None else f"  revolution {frame.revolution:5.2f}"
-        self._clock.set_text(f"t = {frame.time_s:.3f} s{turns}  {self._movie.slow_motion:.3g} times slower")
+        self._clock.set_text(f"t = {frame.time_s:.3f} s{turns}  {self._movie.pace}")
         self.figure.draw_artist(self._clock)
         return Image.fromarray(np.asarray(self._canvas.buffer_rgba())[..., :3])
 

@@ -308,6 +308,12 @@ class Movie:
     frames: tuple[Frame, ...]
     columns: int = 1
 
+    @property
+    def pace(self) -> str:
+        """The slow motion in words: "20 times slower", or "2.5 times faster" where a slow mill is shown fast."""
+        slow = self.slow_motion
+        return f"{slow:.3g} times slower" if slow >= 1 else f"{1 / slow:.3g} times faster"
+
 
 class Shape:
     """A body's triangles, and the edges that can be seen."""
