@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection
 
 from millprint.config.errors import ConfigError
-from millprint.figures.style import DRAWN_COLUMNS, save
+from millprint.figures.style import DRAWN_COLUMNS, both_of, save
 from millprint.report.gallery import first_sentence, render_caption
 from millprint.run.files import read_table
 from millprint.run.outputs import captioned
@@ -37,6 +38,11 @@ def test_a_caption_reads_no_files_and_brings_no_markup_of_its_own():
     assert "root:" not in caption and "<script" not in caption and "Text." in caption
 
 
+def test_only_the_ending_of_a_figure_is_taken_from_a_name():
+    for name in ("warm_1.5h", "warm_1.5h.png", "warm_1.5h.svg"):
+        assert both_of(name) == ("warm_1.5h.svg", "warm_1.5h.png")
+
+
 def test_the_points_of_lines_marks_outlines_maps_and_images_are_tabulated(tmp_path):
     figure, (left, right) = plt.subplots(1, 2)
     left.plot([0, 1, 2], [5, 6, 7], label="line")
@@ -47,6 +53,8 @@ def test_the_points_of_lines_marks_outlines_maps_and_images_are_tabulated(tmp_pa
     left.add_collection(discs)
     image = right.imshow([[1.0, 2.0], [3.0, 4.0]], origin="lower", extent=(0, 2, 10, 12))
     figure.colorbar(image, ax=right)
+    # Of no artist of the figure.
+    figure.colorbar(ScalarMappable(), ax=left)
     mesh = right.pcolormesh([0, 1, 2], [0, 1], [[7.0, 8.0]])
     assert mesh.get_array().size == 2
     save(figure, tmp_path / "a.svg", tmp_path / "a.png", tsv=tmp_path / "a.tsv")

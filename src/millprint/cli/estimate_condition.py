@@ -257,9 +257,9 @@ def draw_map(kind: Kind, condition: Values, options: argparse.Namespace) -> str:
         raise ConfigError("--map: give --within for two settings or dimensions, the axes of the map")
     from millprint.atlas.estimate_mill import model_of
     from millprint.figures.atlas_figures import plot_map
-    from millprint.figures.style import save
+    from millprint.figures.style import both_of, save
 
-    made = [str(Path(options.map).with_suffix(suffix)) for suffix in (".svg", ".png")]
+    made = both_of(options.map)
     save(plot_map(model_of(kind), condition, bounds), *made)
     return f"{' and '.join(made)}: power and hits over {' and '.join(bounds)}"
 

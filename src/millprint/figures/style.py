@@ -166,6 +166,12 @@ def in_pairs(paths: Sequence[str]) -> Iterator[tuple[str, str]]:
     return zip(paths[::2], paths[1::2], strict=True)
 
 
+def both_of(name: str | Path) -> tuple[str, str]:
+    """The SVG and the PNG of a figure, by the name that a user gives, with one of both endings or without."""
+    stem = str(name).removesuffix(".svg").removesuffix(".png")
+    return f"{stem}.svg", f"{stem}.png"
+
+
 def save(
     figure: Figure, svg: str | Path, png: str | Path, pdf: str | Path | None = None, tsv: str | Path | None = None
 ) -> None:
@@ -213,8 +219,8 @@ def drawn(figure: Figure) -> pd.DataFrame:
     """Every point of every line, outline, mark and map of a figure, in the order in which they were drawn."""
     parts = []
     for panel, axes in enumerate(figure.axes, start=1):
-        # A colour bar only explains the values.
-        if not hasattr(axes, "_colorbar"):
+        # A colour bar only explains the values; matplotlib labels its axes.
+        if axes.get_label() != "<colorbar>":
             parts += [(panel, part, *found) for part, found in enumerate(_parts(axes), start=1)]
     if not parts:
         return pd.DataFrame(columns=DRAWN_COLUMNS)

@@ -244,8 +244,8 @@ def keep(options: Namespace, row: dict[str, str], figure: "Figure | None") -> No
         print(f"{options.table}: row {append_measured(options.table, row)}")
     if figure and options.figure:
         # Slow to import, and only a figure needs it.
-        from millprint.figures.style import save
+        from millprint.figures.style import both_of, save
 
-        stem = options.figure.with_suffix("")
-        save(figure, stem.with_suffix(".svg"), stem.with_suffix(".png"))
-        print(f"{stem}.png")
+        svg, png = both_of(options.figure)
+        save(figure, svg, png)
+        print(png)
