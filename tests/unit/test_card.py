@@ -11,7 +11,7 @@ from tools.write_reference import card_schema_text
 
 from millprint.card.build import Window, descriptors_of_totals, jackknife, spread
 from millprint.card.card_files import bibtex, escape, latex_table, methods_paragraph
-from millprint.card.card_model import MillingCard
+from millprint.card.card_model import CardFingerprint, MillingCard
 from millprint.card.read import match_card, read_card
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
@@ -314,3 +314,10 @@ def test_collisions_counted_by_another_gap_are_refused_in_one_line(written):
     # Energy-weighted descriptors need no rule.
     assert match_card(card, fingerprint())[1].iloc[0]["fill_ratio"] == pytest.approx(0.10, rel=0.03)
     assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("said", ["few turns", "few turns: 3 of 9", "few turns: 3 of 9: simulate longer: or not"])
+def test_words_on_motion_of_other_programs_are_read_as_they_are(said):
+    """Of their parts, the first two are told."""
+    told = CardFingerprint.model_construct(motion=[said]).against
+    assert "few turns" in told and ("3 of 9" in told) == ("3 of 9" in said) and "simulate" not in told

@@ -361,7 +361,8 @@ class CardFingerprint(Record):
     @property
     def against(self) -> str:
         """`motion` without what to do, as a sentence that stands with the numbers; empty for nothing."""
-        said = [f"{word} ({reason})" for word, reason, *_ in (each.split(": ") for each in self.motion)]
+        parts = (each.split(": ") for each in self.motion)
+        said = [f"{word} ({further[0]})" if further else word for word, *further in parts]
         return f"Turns and seeds of the simulations say against these bands: {'; '.join(said)}." if said else ""
 
 
