@@ -9,10 +9,10 @@ from millprint.dose.heat_balance import HeatSource, heat_tables
 from millprint.dose.spectra import tabulate_spectra
 from millprint.explorer.content import Heat, Machine, Spectra, explorer_content, explorer_page, mill_content
 from millprint.fingerprint.condition_search import simulated_request
-from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.descriptors import condition_of, tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.run.files import write_table
-from tests.unit.synthetic_mill import FILLS, VOLUME, summaries
+from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 from tests.unit.test_dose_spectra import contacts, write
 
 RULE = "lifetimes"
@@ -20,7 +20,6 @@ HEAT = HeatConfig(samples=16)
 # Of one turn a second, in units of gravity.
 ACCELERATION = {"emax": 0.0684, "planetary": 0.4346}
 # Simulated conditions of the spectra and of the heat balance: fill ratio and speed [rpm].
-SHARED = {"contact": "calibrated", "seeds": 1, "ball_diameter_mm": 10.0}
 CONDITIONS = ((0.06, 600.0), (0.06, 1200.0), (0.12, 600.0), (0.12, 1200.0))
 
 
@@ -43,16 +42,16 @@ def spectra_of(folder: Path) -> Spectra:
     return Spectra([(folder / "spectra.tsv", folder / "spectra_summary.tsv")], RULE)
 
 
-def heat_of(folder: Path, mill: str) -> Heat:
-    """Tables of temperatures of a jar that dissipates more at a higher speed."""
+def heat_of(folder: Path, mill: str, runs: list[dict]) -> Heat:
+    """Tables of temperatures of a jar that dissipates more at a higher speed, of runs with these summaries."""
     sources = [
         HeatSource(
-            condition=f"d10_f{fill:.2f}_n{speed:g}",
-            about=SHARED | {"fill_ratio": fill, "speed_rpm": speed},
-            power_W=np.full((2, 3), 5.0 * (speed / 600) ** 3),
+            condition=f"{about['charge'] or 'd10'}_f{about['fill_ratio']:.2f}_n{about['speed_rpm']:g}",
+            about=about | {"seeds": 1},
+            power_W=np.full((2, 3), 5.0 * (about["speed_rpm"] / 600) ** 3),
             balls_kg=0.1, balls_m2=0.008, inside_m2=0.013, inside_m3=125e-6,
         )
-        for fill, speed in CONDITIONS
+        for about in map(condition_of, runs)
     ]  # fmt: skip
     tables = heat_tables(HEAT, mill, sources, times=7)
     write_table(tables.temperatures, folder / f"{mill}_temperatures.tsv")
@@ -71,9 +70,8 @@ def two_mills(folder: Path) -> dict:
         found[name] = own
         machine = Machine(name, f"Mill {name}", "the jar moves", ACCELERATION[name])
         spectra = spectra_of(folder) if name == "emax" else None
-        mills.append(
-            mill_content(machine, [path], simulated_request(own, "weighted"), None, spectra, heat_of(folder, name))
-        )
+        heat = heat_of(folder, name, [summary(fill, speed_rpm=speed) for fill, speed in CONDITIONS])
+        mills.append(mill_content(machine, [path], simulated_request(own, "weighted"), None, spectra, heat))
     content = explorer_content("a_run", mills)
     page = folder / "explorer.html"
     page.write_text(explorer_page(content))

@@ -11,6 +11,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import charges_of
 from millprint.observables.definitions import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from tests.browser import needs_browser
+from tests.unit.explorer_pages import heat_of
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 
 THREE = BallMixture(name="three", sizes_mm=(12, 10, 6), numbers=(1, 1, 2))
@@ -39,7 +40,9 @@ def mills(tmp_path_factory) -> dict:
         file, page = folder / f"{name}.json", folder / f"{name}.html"
         Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95, charges_of(runs)).write(file)
         own = Fingerprint.read(file)
-        content = mill_content(Machine("emax", "A mill"), [file], simulated_request(own, "weighted"))
+        charged = [summary(0.12, speed_rpm=900.0, mixture=charge) for charge in (THREE, TWICE)]
+        heat = heat_of(folder, name, [*charged, summary(0.12, speed_rpm=900.0)])
+        content = mill_content(Machine("emax", "A mill"), [file], simulated_request(own, "weighted"), heat=heat)
         page.write_text(explorer_page(explorer_content("a_run", [content])))
         found[name] = {"file": file, "page": page, "fingerprint": own}
     return found
@@ -121,6 +124,28 @@ def test_a_charge_is_chosen_by_its_name(mills, page):
 
 
 @needs_browser
+def test_temperatures_are_of_the_simulated_charge(mills, page):
+    own = mills["both"]["fingerprint"]
+    page.open(mills["both"]["page"])
+    said = page.run("""
+      explorer.take("twice"); Object.assign(explorer.state, { fill_ratio: 0.1, speed_hz: 14 }); explorer.render();
+      const { near, factor } = explorer.heat.shown();
+      const powers = explorer.heat.conditions.map((each) => [each.charge, each.words, explorer.heat.powerOf(each)]);
+      return { near: near.charge, factor, powers };""")
+    expected = []
+    for charge in ("three", "twice", ""):
+        diameter = own.charge_diameter_m(charge) if charge else 0.01
+        condition = own.condition(speed_hz=15.0, ball_diameter_m=diameter, fill_ratio=0.12)
+        expected.append(own.predict(condition, charge=charge).wall_power_W.value)
+    assert [power for *_, power in said["powers"]] == pytest.approx(expected, rel=1e-6)
+    assert [charge for charge, *_ in said["powers"]] == ["three", "twice", ""]
+    assert all(charge in words for charge, words, _ in said["powers"])
+    here = own.condition(speed_hz=14.0, ball_diameter_m=own.charge_diameter_m("twice"), fill_ratio=0.1)
+    assert said["near"] == "twice"
+    assert said["factor"] == pytest.approx(own.predict(here, charge="twice").wall_power_W.value / expected[1], rel=1e-6)
+
+
+@needs_browser
 def test_the_search_of_the_page_finds_the_charges_that_the_library_finds(mills, page):
     own = mills["both"]["fingerprint"]
     condition = own.condition(speed_hz=13.0, ball_diameter_m=own.charge_diameter_m("twice"), fill_ratio=0.12)
@@ -128,7 +153,7 @@ def test_the_search_of_the_page_finds_the_charges_that_the_library_finds(mills, 
     target = {name: getattr(found, name).value for name in DESCRIPTOR_SETS["weighted"]}
     table = rank_conditions(target, [own], simulated_request(own, "weighted"))
     page.open(mills["both"]["page"])
-    ours = page.run(f"""const rows = await explorer.search({target!r});
+    ours = page.run(f"""const rows = await explorer.mill.search({target!r});
       return rows.map(({{ condition, distance }}) =>
         [condition.charge, distance, condition.fill_ratio, condition.speed_hz * 60]);
     """)
@@ -137,7 +162,7 @@ def test_the_search_of_the_page_finds_the_charges_that_the_library_finds(mills, 
     np.testing.assert_allclose([row[1:] for row in ours[1:]], theirs[1:], rtol=2e-3, atol=1e-6)
     used = page.run("""
       document.querySelector("#media input[value=twice]").dispatchEvent(new Event("change"));
-      document.getElementById("take").click(); explorer.take(""); await explorer.showSearch();
+      document.getElementById("take").click(); explorer.take(""); await explorer.finder.show();
       const row = document.querySelector("#found tbody tr"); row.querySelector("button").click();
       return { cells: [...row.querySelectorAll("td")].map((e) => e.textContent), charge: explorer.state.charge };""")
     assert used["cells"][0] == "twice" and used["charge"] == "twice"

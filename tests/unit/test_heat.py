@@ -35,12 +35,13 @@ def write_run(folder: Path, seed: int = 0, histogram: bool = False) -> tuple[str
     """A run of four contacts in a box of 20 mm: two between balls, two at the wall."""
     place = folder / f"d10_f0.10_n600_s{seed}"
     place.mkdir(parents=True)
-    case = {"contact": "steel", "ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 10.0, "seed": seed}
+    case = {"ball_diameter_m": 0.01, "fill_ratio": 0.1, "speed_hz": 10.0, "seed": seed}
     shares = {"ball_ball": {"normal": 0.25, "tangential": 0.6}, "ball_wall": {"normal": 0.75, "tangential": 0.4}}
     rule = {"dropped": {"count": 0.0, "normal": 0.0, "tangential": 0.0}, "shares": shares}
     power = {"normal": 4.0, "tangential": 2.0 + seed, "rolling": 1.0, "wall": 7.0}
     summary = {"mill": "box", "case": case, "power_W": power, "collisions": [rule], "ball_sizes_m": [0.01]}
     summary |= {"ball_counts": [5], "balls": 5, "ball_mass_kg": 0.004, "jar_volume_m3": 8e-6, "density_kg_m3": 7800.0}
+    summary |= {"contact": "steel", "amplitude_m": 0.01}
     summary |= {"young_modulus_pa": 2.05e9, "static_friction": 0.3, "wall_static_friction": 0.3}
     (place / "summary.json").write_text(json.dumps(summary))
     columns = {
@@ -79,6 +80,19 @@ def test_seeds_are_averaged_and_histograms_are_divided_by_their_summary(tmp_path
         assert getattr(source, name) == getattr(one, name) > 0
     (source,) = read_sources([write_run(tmp_path / "histogram", histogram=True)])
     np.testing.assert_allclose(source.power_W, [[1.0, 1.2, 0.6], [3.0, 0.8, 0.4]])
+
+
+def test_a_source_knows_its_condition(tmp_path):
+    files = write_run(tmp_path)
+    summary = json.loads(Path(files[0]).read_text())
+    (plain,) = read_sources([files])
+    summary["case"] |= {"mixture": {"name": "graded"}, "density_kg_m3": 7800.0}
+    Path(files[0]).write_text(json.dumps(summary))
+    (charged,) = read_sources([files])
+    assert [(own.about["charge"], own.about["varied"]) for own in (plain, charged)] == [
+        ("", "nothing"),
+        ("graded", "density"),
+    ]
 
 
 def test_a_run_without_an_unfiltered_rule_is_refused():

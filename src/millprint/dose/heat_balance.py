@@ -26,8 +26,8 @@ from scipy.special import exprel
 
 from millprint.config.dose import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
 from millprint.config.errors import ConfigError
-from millprint.config.sweep import as_tabulated
 from millprint.estimate.estimates import latin_hypercube
+from millprint.fingerprint.descriptors import condition_of
 from millprint.observables.counted_collisions import PAIRS, PARTS
 from millprint.run.files import read_json
 from millprint.run.hdf5 import open_hdf5
@@ -242,10 +242,6 @@ def pause_needed(balance: Balance, body: int, limit_degC: float, milling_s: floa
     return found
 
 
-# What identifies a condition in the tables.
-CONDITION = ("contact", "ball_diameter_mm", "fill_ratio", "speed_rpm")
-
-
 @dataclass(frozen=True)
 class HeatSource:
     """The heat sources of one condition of a mill, the mean over its seeds."""
@@ -253,7 +249,7 @@ class HeatSource:
     condition: str
     """name of the case without its seed"""
     about: dict[str, object]
-    """the columns of CONDITION, and the number of seeds"""
+    """as `condition_of`, and the number of seeds"""
     power_W: np.ndarray
     """dissipation by PAIRS and PARTS (2, 3)"""
     balls_kg: float
@@ -321,7 +317,7 @@ def read_source(summary_path: str | Path, run_path: str | Path) -> HeatSource:
     sizes = np.repeat(summary["ball_sizes_m"], summary["ball_counts"])
     return HeatSource(
         condition=Path(summary_path).parent.name.removesuffix(f"_s{case['seed']}"),
-        about={"contact": case["contact"], **as_tabulated(case), "seeds": 1},
+        about={**condition_of(summary), "seeds": 1},
         power_W=split * power,
         balls_kg=summary["ball_mass_kg"] * summary["balls"],
         balls_m2=float(np.pi * (sizes**2).sum()),

@@ -6,8 +6,8 @@ const COMPARED = ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", 
 
 /** How far a simulated condition is from a state: root of the sum of squared logarithms of ratios. */
 function distanceTo(simulated, state, contact) {
-  const logs = COMPARED.filter((name) => name in simulated && name in state).map((name) => Math.log(simulated[name] / state[name]));
-  const others = (simulated.contact !== contact) + ((simulated.charge ?? state.charge) !== state.charge);
+  const logs = COMPARED.map((name) => Math.log(simulated[name] / state[name]));
+  const others = (simulated.contact !== contact) + (simulated.charge !== state.charge);
   return norm(logs) + OTHER * others;
 }
 

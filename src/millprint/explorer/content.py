@@ -22,7 +22,7 @@ from millprint.dose.spectra import BIN_EDGES
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import FURTHER, ORIGINS, checked_factors
 from millprint.fingerprint.condition_search import GRID, SOLD_MM, simulated_request
-from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, NOTHING
+from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, FEWEST_TURNS, NOTHING
 from millprint.fingerprint.model import LAYERS, Fingerprint
 from millprint.fingerprint.predicted_values import KNOWN, OF_COLLISIONS
 from millprint.fingerprint.readers import read_content
@@ -63,17 +63,16 @@ def _number(value: float, digits: int = DIGITS) -> float | None:
     return float(f"{value:.{digits}g}") if np.isfinite(value) else None
 
 
-def condition_words(contact: str, ball_diameter_mm: float, fill_ratio: float, charge: str = ONE_SIZE) -> str:
-    """A simulated condition in words, without the speed, because its unit is chosen on the page."""
-    return f"{contact}, {balls_in_words(round(ball_diameter_mm, 3), charge)}, fill {fill_ratio:g}"
-
-
 def _condition(row: dict) -> dict:
-    """A row of a table of spectra: its condition in SI, and its name in addresses and in words."""
+    """The condition of a row of a table, in SI, and its name in addresses and in words.
+
+    The words are without the speed, because its unit is chosen on the page.
+    """
     varied = "" if row["varied"] == NOTHING else row["varied"]
     named = [row["contact"], row[CHARGE] or f"d{row['ball_diameter_mm']:g}", f"f{row['fill_ratio']:g}"]
     named += [f"n{row['speed_rpm']:g}"]
-    words = condition_words(row["contact"], row["ball_diameter_mm"], row["fill_ratio"], row[CHARGE])
+    balls = balls_in_words(round(row["ball_diameter_mm"], 3), row[CHARGE])
+    words = f"{row['contact']}, {balls}, fill {row['fill_ratio']:g}"
     if "density" in varied:
         named.append(f"rho{row['density_kg_m3']:g}")
         words += f", {row['density_kg_m3']:g} kg/m³"
@@ -134,7 +133,7 @@ def _bins(rows: pd.DataFrame | None, path: str | Path) -> dict:
 def heat_content(heat: Heat) -> dict:
     """Temperatures of every condition over the programme, each with its band, and the pauses that its limit needs."""
     temperatures = read_table(heat.temperatures, text=["condition", "body"])
-    limits = read_table(heat.limits, text=["condition", "contact", "limit_body"])
+    limits = read_table(heat.limits, text=["condition", *CONDITION_TEXT, "limit_body"]).fillna({CHARGE: ONE_SIZE})
     grouped = dict(list(temperatures.groupby(["condition", "body"], sort=False)))
     times = next(iter(grouped.values()))["time_h"].tolist()
     found = []
@@ -145,12 +144,8 @@ def heat_content(heat: Heat) -> dict:
         }
         found.append(
             {
+                **_condition(row),
                 "id": row["condition"],
-                "words": condition_words(row["contact"], row["ball_diameter_mm"], row["fill_ratio"]),
-                "contact": row["contact"],
-                "ball_diameter_m": row["ball_diameter_mm"] * 1e-3,
-                "fill_ratio": row["fill_ratio"],
-                "speed_hz": row["speed_rpm"] / 60,
                 "courses": courses,
                 **{name: _number(row[name]) for name in OF_LIMIT},
                 # An infinite time has no number in JSON.
@@ -209,6 +204,7 @@ def explorer_content(name: str, mills: Sequence[dict], descriptors: DescriptorSe
         "scales": {name: scale.exponents for name, scale in SCALES.items()},
         "curves": {"known": KNOWN, "of_collisions": OF_COLLISIONS, "own_curves": OWN_CURVES},
         "descriptors": list(DESCRIPTOR_SETS[descriptors]),
+        "fewest_turns": FEWEST_TURNS,
         "sold_mm": SOLD_MM,
         "mills": list(mills),
     }

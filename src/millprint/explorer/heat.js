@@ -28,22 +28,18 @@ class Heat {
     return this.explorer.mill.content.heat?.conditions ?? [];
   }
 
-  /** The power of the walls at the settings of a simulated condition, as predicted. */
+  /** The power of the walls in a condition, as predicted. */
   powerOf(condition) {
-    const { explorer } = this;
-    const { density_kg_m3, amplitude_m } = explorer.fingerprint.about;
-    const { ball_diameter_m, fill_ratio, speed_hz } = condition;
-    const simulated = { density_kg_m3, amplitude_m, ball_diameter_m, fill_ratio, speed_hz };
-    return explorer.answer({ ...explorer.state, ...simulated }).wall_power_W.value;
+    return this.explorer.fingerprint.predict(condition).wall_power_W.value;
   }
 
   /** The simulated conditions of this contact set with their powers, lowest first; calculated once for each. */
   byPower() {
-    const { fingerprint, state } = this.explorer;
-    if (this.known?.fingerprint !== fingerprint || this.known.charge !== state.charge) {
+    const { fingerprint } = this.explorer;
+    if (this.known?.fingerprint !== fingerprint) {
       const own = this.conditions.filter((each) => each.contact === fingerprint.about.contact);
       const powers = (own.length ? own : this.conditions).map((each) => ({ condition: each, power: this.powerOf(each) }));
-      this.known = { fingerprint, charge: state.charge, powers: powers.sort((one, other) => one.power - other.power) };
+      this.known = { fingerprint, powers: powers.sort((one, other) => one.power - other.power) };
     }
     return this.known.powers;
   }
@@ -55,10 +51,10 @@ class Heat {
   shown() {
     const chosen = this.conditions.find((each) => each.id === this.chosen);
     if (chosen) return { ...chosen, near: chosen, factor: 1 };
-    const { explorer } = this;
-    const power = explorer.answer(explorer.state).wall_power_W.value;
+    const { fingerprint, state } = this.explorer;
+    const power = this.powerOf(state);
     const powers = this.byPower();
-    const [near] = byDistance(this.conditions, explorer.state, explorer.fingerprint.about.contact);
+    const [near] = byDistance(this.conditions, fingerprint.whole(state), fingerprint.about.contact);
     const above = powers.find((each) => each.power >= power) ?? powers.at(-1);
     const below = powers.findLast((each) => each.power <= power) ?? above;
     const share = above === below ? 1 : Math.log(power / below.power) / Math.log(above.power / below.power);
