@@ -239,16 +239,23 @@ def test_intervals_are_shown_apart_and_the_charts_show_the_one_that_is_chosen(pa
 
 @pytest.mark.slow
 @needs_browser
-@pytest.mark.parametrize("left_open", [(), ("specific_frequency_hz",)])
-def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, page, left_open):
-    expected = run["request"].targets[0].given
-    target = {name: value for name, value in expected.items() if name not in left_open}
+@pytest.mark.parametrize(
+    ("left_open", "factor", "speeds"),
+    [((), 1, None), (("specific_frequency_hz",), 1, None), ((), 0.05, [600.0, 1200.0])],
+)
+def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, page, left_open, factor, speeds):
+    """Also where they are at a corner of the ranges, which was simulated: the simulated value counts, not the curve."""
+    request = run["request"]
+    target = {name: factor * value for name, value in request.targets[0].given.items() if name not in left_open}
+    if speeds:
+        request = request.model_copy(update={"speeds_rpm": speeds})
     script = f"""
-      const rows = await explorer.search({target!r});
+      explorer.mill.content.search.speeds_rpm = {request.speeds_rpm!r};
+      const rows = await explorer.mill.search({target!r});
       return rows.map((row) => [row.distance, row.condition.ball_diameter_m * 1e3,
         row.condition.fill_ratio, row.condition.speed_hz * 60]);"""
     ours = np.array(page.run(script))
-    table = rank_conditions(target, run["fingerprints"], run["request"])
+    table = rank_conditions(target, run["fingerprints"], request)
     theirs = table[["distance", "ball_diameter_mm", "fill_ratio", "speed_rpm"]].to_numpy(float)
     assert len(ours) == len(theirs) > 2
     np.testing.assert_allclose(ours[:, 0], theirs[:, 0], rtol=1e-4, atol=1e-6)
@@ -380,6 +387,11 @@ def test_what_was_wanted_and_the_answer_of_a_search_are_in_view(browser, width, 
           const chosen = text("methods");
           explorer.state.fill_ratio = 0.2; explorer.render();
           const moved = { compared: text("compared"), methods: text("methods") };
+          const ratio = () => explorer.finder.toWanted(explorer.answer(explorer.state)).time.value;
+          const times = [ratio()];
+          explorer.state.bpr *= 2; explorer.render();
+          times.push(ratio()); found.doubled = text("compared");
+          explorer.state.bpr /= 2; explorer.render();
           // By the form: what one mill does, on another that is chosen by hand.
           document.getElementById("take").click();
           explorer.change(() => explorer.useMill(explorer.mills.find((each) => each.name === "spex")));
@@ -388,7 +400,7 @@ def test_what_was_wanted_and_the_answer_of_a_search_are_in_view(browser, width, 
           await new Promise((done) => setTimeout(done, 200));
           found.seen.push(ends("wanted"), ends("searching"));
           const [best] = explorer.finder.answer.rows;
-          return { ...found, ...moved, hertz, chosen, byForm: text("methods"),
+          return { ...found, ...moved, times, hertz, chosen, byForm: text("methods"),
             same: explorer.state.speed_hz === best.condition.speed_hz };""")
         for top, bottom in said["seen"]:
             assert 0 <= top < bottom <= said["foot"]
@@ -399,6 +411,8 @@ def test_what_was_wanted_and_the_answer_of_a_search_are_in_view(browser, width, 
         assert re.match(rf"Wanted: what {wanted} does\. (?i:{verdict}): E\*n", said["compared"])
         assert re.search(rf"Compared with {wanted} \({verdict} within 30 %\): E\*n", said["methods"])
         assert "were chosen" not in said["methods"]
+        # Half the powder has the same energy per gram in half the time.
+        assert said["times"][1] == pytest.approx(said["times"][0] / 2) and said["doubled"] != said["compared"]
         assert said["same"] and "These settings were chosen to do what Planetary mill" in said["byForm"]
 
 

@@ -27,7 +27,7 @@ def page(built, browser):
 def test_axe_finds_no_fault_with_everything_shown(page, width):
     page.resize(width, 1200)
     page.run("""
-      document.getElementById("take").click(); await explorer.showSearch();
+      document.getElementById("take").click(); await explorer.finder.show();
       explorer.state.speed_hz = 24; explorer.keeper.read("{}"); explorer.render();
       await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));""")
     assert page.run(

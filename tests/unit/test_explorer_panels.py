@@ -11,6 +11,7 @@ from millprint.explorer import content as tables_of_page
 from millprint.explorer.content import Spectra, spectra_content
 from millprint.observables.counted_collisions import CHANNELS, PAIRS
 from millprint.run.files import read_table
+from millprint.run.numbers import three
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
 from tests.unit.explorer_pages import ACCELERATION, CONDITIONS, HEAT
@@ -159,6 +160,27 @@ def test_units_change_what_is_shown_and_not_the_state(pages):
 
 
 @needs_browser
+def test_conditions_of_another_mill_have_the_units_of_that_mill(pages):
+    words, option = pages[DESKTOP].run(f"""
+      explorer.useMill(explorer.mills[1]); explorer.chosenUnits.speed = "g";
+      explorer.spectra.chosen[0] = "emax/calibrated-d10-f0.06-n600"; explorer.render(); {NEXT_FRAME}
+      const told = [document.querySelector("#spectra-key li").textContent,
+        document.getElementById("spectra-0").selectedOptions[0].textContent];
+      explorer.chosenUnits = {{}}; explorer.spectra.chosen[0] = ""; explorer.render();
+      return told;""")
+    assert words.endswith(option)
+    assert float(option.split()[-2]) == pytest.approx(ACCELERATION["emax"] * 10**2, rel=1e-3)
+
+
+@needs_browser
+def test_numbers_of_the_page_are_rounded_before_their_form_is_chosen(pages):
+    numbers = [999.4, 999.5, 999.6, 9994.0, 0.9996, 99.96, 123.4, 0.00123]
+    ours = pages[DESKTOP].run(f"return [...{numbers!r}, 0].map((own) => digits(own)).concat(digits(99.7, 2));")
+    assert ours == [*map(three, numbers), "0.00", "100"]
+    assert pages[DESKTOP].run("return [digits(9996), digits(9.996e-4)];") == ["1.00·10⁴", "0.00100"]
+
+
+@needs_browser
 def test_the_methods_text_and_the_advice_follow_the_state(pages):
     said = pages[DESKTOP].run("""
       const read = () => ({ text: document.getElementById("methods").textContent,
@@ -232,7 +254,7 @@ def test_nothing_is_cut_in_any_unit(browser, width):
         page.open(ROOT / "docs/fingerprints.html")
         cut = page.run(f"""
           const cut = () => {{ {CUT} }}, told = [];
-          await explorer.showSearch();
+          await explorer.finder.show();
           for (const mill of explorer.mills) {{
             explorer.useMill(mill);
             document.getElementById("take").click();

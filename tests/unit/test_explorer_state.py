@@ -58,6 +58,26 @@ def test_a_link_reproduces_the_state_and_leaves_one_entry_of_the_history(page, b
 
 
 @needs_browser
+def test_a_link_to_first_choices_takes_back_later_ones(page):
+    """An address leaves out what is empty."""
+    first, later, again = page.run(f"""{READ} explorer.render(); {WAIT}
+      const fragment = location.hash, first = read(); {SET} {WAIT} const later = read();
+      location.hash = fragment; {WAIT} return [first, later, read()];""")
+    assert first == again != later
+
+
+@needs_browser
+def test_a_link_can_be_copied_without_access_to_the_clipboard(page):
+    """As on a page by plain http."""
+    selected, told, address = page.run(f"""{SET}
+      Object.defineProperty(navigator, "clipboard", {{ value: undefined }});
+      let selected; document.execCommand = () => (selected = getSelection().toString(), true);
+      document.getElementById("link").click(); {WAIT}
+      return [selected, document.getElementById("told").textContent, location.href];""")
+    assert selected == address and "mill=planetary" in address and told == "Copied."
+
+
+@needs_browser
 def test_a_file_reproduces_the_state(page, built):
     saved = page.run(f"""{READ} {SET} const text = explorer.keeper.file; const shown = read();
       let name = null; const click = HTMLAnchorElement.prototype.click;

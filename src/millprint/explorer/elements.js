@@ -24,12 +24,13 @@ function fillOptions(choice, options) {
   );
 }
 
-/** A number with three digits. */
+/** A number with three digits, rounded before its form is chosen: 999.6 is 1000. */
 function digits(value, count = 3) {
   if (!Number.isFinite(value)) return "–";
-  const size = Math.abs(value);
-  if (size >= 10 ** count) return size >= LARGE ? inPowers(value, count) : String(Number(value.toPrecision(count)));
-  return size && size < SMALL ? inPowers(value, count) : value.toPrecision(count);
+  const rounded = Number(value.toPrecision(count));
+  const size = Math.abs(rounded);
+  if (size >= LARGE || (size && size < SMALL)) return inPowers(rounded, count);
+  return size >= 10 ** count ? String(rounded) : rounded.toPrecision(count);
 }
 
 // Smaller and larger numbers are written in powers of ten, which no row of zeros makes longer than their place.

@@ -198,12 +198,12 @@ class Finder {
   }
 
   /** A sentence on the milling time for the dose of the wanted condition; none where none is wanted. */
-  timeWords({ time }, { time_h }) {
+  timeWords({ time }, { time_h, bpr }, own = bpr) {
     if (!time) return [];
     const { unit, to } = timeUnit(time_h * time.value);
     const [here, lower, upper] = [time.value, time.interval?.lower, time.interval?.upper].map((ratio) => digits(to(time_h * ratio)));
     const range = time.interval ? `${lower} to ${upper}` : "not known";
-    return [`${timeText(time_h)} there is ${here} ${unit} here (${range}) for the same energy per gram of powder.`];
+    return [`${timeText(time_h)} there is ${here} ${unit} here (${range}) for the same energy per gram of powder, ${ratiosOfPowder(bpr, own)}.`];
   }
 
   /** What else to choose where not all can be met: one of the energies, with what it costs the others, or other balls
@@ -260,7 +260,7 @@ class Finder {
     if (!row) return "";
     const { target } = this.matched;
     const said = `Wanted: what ${target.words} does. ${VERDICTS[row.verdict]}: ${this.ratioWords(row, this.shown(target))}.`;
-    return [said, ...this.timeWords(row, target), ...target.said].join(" ");
+    return [said, ...this.timeWords(row, target, this.explorer.state.bpr), ...target.said].join(" ");
   }
 
   /** Sentences for the methods text, where a search was for a condition of another mill. */
@@ -274,7 +274,7 @@ class Finder {
     return [
       `${head} (${VERDICTS[row.verdict].toLowerCase()} within ${near} %): ${this.ratioWords(row, this.shown(target))}, with the interval of the mean of very many simulations of both.`,
       ...(row.time
-        ? [`The same energy per gram of powder as in ${timeText(target.time_h)} there takes ${timeText(target.time_h * row.time.value)}, at the same ball-to-powder ratio.`]
+        ? [`The same energy per gram of powder as in ${timeText(target.time_h)} there takes ${timeText(target.time_h * row.time.value)}, ${ratiosOfPowder(target.bpr, this.explorer.state.bpr)}.`]
         : []),
       ...target.said,
     ];
@@ -303,6 +303,10 @@ class Finder {
     return element("tr", {}, ...cells, ...cellsOf, element("td", {}, powerText(prediction.wall_power_W.value, this.explorer.units)), ...(byId("found-outside").hidden ? [] : [element("td", {}, beyond || "–")]), element("td", {}, use));
   }
 }
+
+/** The ball-to-powder ratios at which two milling times are compared. */
+const ratiosOfPowder = (there, here) =>
+  here === there ? "at the same ball-to-powder ratio" : `at ball-to-powder ratios of ${short(there)} there and ${short(here)} here`;
 
 /** "0.91 to 1.14", or that an interval is not known. */
 const rangeText = (interval) => (interval ? `${digits(interval.lower)} to ${digits(interval.upper)}` : "not known");

@@ -64,7 +64,9 @@ class Target {
   judge(condition, prediction, nearPercent) {
     const ratios = Object.fromEntries(this.asked.map((name) => [name, ratioOf(prediction[name], this.wanted[name])]));
     const verdicts = Object.fromEntries(this.asked.map((name) => [name, verdictOn(ratios[name], nearPercent)]));
-    const time = this.power_W_kg && ratioOf(this.power_W_kg, powerOfMass(prediction, condition));
+    // Powder for a mass of balls: as in the wanted condition, where the condition has none.
+    const more = (condition.bpr ?? this.bpr) / this.bpr;
+    const time = this.power_W_kg && ratioOf(this.power_W_kg, times(powerOfMass(prediction, condition), more));
     const words = Object.values(verdicts);
     if (prediction.outside.length || this.outside.length) words.push(OPEN);
     const verdict = [DIFFERS, OPEN].find((word) => words.includes(word)) ?? AGREES;

@@ -71,9 +71,9 @@ function furtherWords({ mill, fingerprint, state, units }, found, origin) {
 }
 
 /** Copy the text of an element; without access to the clipboard it stays selected. */
-async function copyText(source, said, text = source.textContent) {
+async function copyText(source, said) {
   try {
-    await navigator.clipboard.writeText(text);
+    await navigator.clipboard.writeText(source.textContent);
     said.textContent = "Copied.";
     return;
   } catch {

@@ -25,7 +25,11 @@ class Explorer {
   }
 
   get units() {
-    const { acceleration, speed_unit: unit } = this.mill.content;
+    return this.unitsOf(this.mill);
+  }
+
+  /** The chosen units on a mill: its speed unit, and the acceleration of its wall. */
+  unitsOf({ content: { acceleration, speed_unit: unit } }) {
     return new Units({ speed: unit === "hz" ? "Hz" : "rpm", ...this.chosenUnits }, acceleration);
   }
 
@@ -33,14 +37,9 @@ class Explorer {
     return this.mill.answer(state, fingerprint);
   }
 
-  search(target, options) {
-    return this.mill.search(target, options);
-  }
-
   /** A condition in words: its mill, speed, balls and fill ratio. */
-  conditionText(condition, mill = this.mill) {
-    const { acceleration, speed_unit: own } = mill.content;
-    const { unit, to } = new Units({ speed: own === "hz" ? "Hz" : "rpm", ...this.chosenUnits }, acceleration).of("speed");
+  conditionText(condition) {
+    const { unit, to } = this.units.of("speed");
     const balls = condition.charge || `${short(Number((condition.ball_diameter_m * 1e3).toFixed(3)))} mm`;
     return `${setting(to(condition.speed_hz))} ${unit}, balls of ${balls}, fill ${condition.fill_ratio.toFixed(3)}`;
   }
@@ -138,10 +137,6 @@ class Explorer {
     for (const name of ["charge", ...Object.keys(SETTINGS)]) this.state[name] = condition[name];
     if (condition.charge !== ONE_SIZE && this.axis === "ball_diameter_m") this.axis = "fill_ratio";
     this.render();
-  }
-
-  showSearch() {
-    return this.finder.show();
   }
 
   /** Draw the state, and keep it in the address. */

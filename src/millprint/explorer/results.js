@@ -45,7 +45,7 @@ const inUnit = (band, scale) => times(band, scale.to(1));
 const between = ({ lower, upper }) => (Number.isNaN(lower + upper) ? "not known" : `${digits(lower)} to ${digits(upper)}`);
 /** What stands with numbers of a mill where conditions were recorded for few turns; nothing for none. */
 const fewTurnsWords = ({ about: { few_turns: few } }) =>
-  few ? [`Few turns: ${few} of the simulated conditions were recorded for fewer than eight independent turns, so that their scatter is hardly known.`] : [];
+  few ? [`Few turns: ${few} of the simulated conditions were recorded for fewer than ${CONTENT.fewest_turns} independent turns, so that their scatter is hardly known.`] : [];
 /** The name of a setting within a sentence. */
 const nameOf = (name) => (SETTINGS[name]?.label ?? NAMES[name]).toLowerCase();
 

@@ -88,8 +88,9 @@ async function rankConditions(target, fingerprints, allowed, { weights, ranked, 
         await breathe();
         for (const place of localMinima(residualsAt, fills, allowed.speeds_hz, grid)) {
           const condition = at(place);
-          const distance = norm(residualsOf(fingerprint.descriptors(condition), values, weights));
           const prediction = fingerprint.predict(condition);
+          const found = Object.fromEntries(Object.keys(values).map((name) => [name, prediction[name].value]));
+          const distance = norm(residualsOf(found, values, weights));
           rows.push({ fingerprint, condition, distance, prediction, ...target.judge(condition, prediction, nearPercent) });
         }
       }

@@ -43,10 +43,9 @@ class Spectra {
 
   /** The two conditions: chosen ones, or conditions that follow the sliders. */
   pair() {
-    const { mill, state, contact } = this.explorer;
+    const { mill, state, fingerprint } = this.explorer;
     const own = this.all.filter((each) => each.mill === mill);
-    const amplitude_m = this.explorer.fingerprint.about.amplitude_m;
-    const nearest = own.length ? nearestTwo(own, { ...state, amplitude_m }, mill.fingerprints[contact].about.contact) : [];
+    const nearest = own.length ? nearestTwo(own, fingerprint.whole(state), fingerprint.about.contact) : [];
     return this.chosen.map((key, k) => this.all.find((each) => each.key === key) ?? nearest[k]);
   }
 
@@ -56,10 +55,10 @@ class Spectra {
   }
 
   buildChoices() {
-    const { units, mills } = this.explorer;
-    const groups = mills.map((mill) => ({
+    const { explorer } = this;
+    const groups = explorer.mills.map((mill) => ({
       label: mill.content.title,
-      options: this.all.filter((each) => each.mill === mill).map((each) => [each.key, conditionWords(each, units)]),
+      options: this.all.filter((each) => each.mill === mill).map((each) => [each.key, conditionWords(each, explorer.unitsOf(mill))]),
     }));
     const options = groups.filter((group) => group.options.length);
     [0, 1].forEach((k) => {
@@ -86,9 +85,9 @@ class Spectra {
   }
 
   words(condition) {
-    const { mill, units } = this.explorer;
-    const of = condition.mill === mill ? "" : `${condition.mill.content.title}: `;
-    return `${of}${conditionWords(condition, units)}`;
+    const { explorer } = this;
+    const of = condition.mill === explorer.mill ? "" : `${condition.mill.content.title}: `;
+    return `${of}${conditionWords(condition, explorer.unitsOf(condition.mill))}`;
   }
 
   charts(named) {

@@ -32,6 +32,9 @@ function takeState(explorer, given) {
   const mill = explorer.mills.find((each) => each.name === given.mill);
   if (!mill) return [`mill = ${given.mill ?? "none"}: this page has ${listed(explorer.mills.map((each) => each.name))}`];
   explorer.useMill(mill);
+  // An address has no empty values.
+  explorer.spectra.chosen = [NEAREST, NEAREST];
+  explorer.heat.chosen = NEAREST;
   /** Call `take` with a named value; a value that `isKnown` refuses is reported. */
   const each = (key, isKnown, take) => {
     if (!(key in given)) return;
@@ -81,7 +84,7 @@ class Keeper {
     });
     byId("link").addEventListener("click", () => {
       this.write();
-      copyText(byId("address"), byId("told"), location.href);
+      copyText(byId("address"), byId("told"));
     });
     // In a frame of another page the address is not the user's.
     byId("link").hidden = !["file:", "http:", "https:"].includes(location.protocol);
@@ -104,7 +107,7 @@ class Keeper {
   write() {
     clearTimeout(this.timer);
     const { fragment } = this;
-    byId("address").textContent = `#${fragment}`;
+    byId("address").textContent = new URL(`#${fragment}`, location.href).href;
     try {
       history.replaceState(null, "", `#${fragment}`);
     } catch {
