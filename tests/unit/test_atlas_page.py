@@ -166,6 +166,58 @@ def test_the_same_mill_on_both_sides_agrees_and_is_its_own_nearest(page):
 
 
 @needs_browser
+@pytest.mark.parametrize(("name", "fastest"), [("mixer", "25.25"), ("planetary", "416.7")])
+def test_settings_that_are_proposed_are_no_faster_than_the_machine(page, name, fastest):
+    fault, speeds, focus = page.run(f"""
+      const any = CONTENT.mills.findIndex((mill) => mill.kind === {name!r});
+      for (const side of atlas.sides) side.choose(String(any));
+      // What the paper does is beyond the own machine.
+      const {{ fields }} = atlas.sides[1];
+      fields.fastest_hz.input.value = {fastest!r}; fields.speed_hz.input.value = {fastest!r};
+      atlas.render(); await atlas.searched;
+      const speeds = atlas.found.map((own) => own.condition.speed_hz * atlas.sides[1].kind.perHertz);
+      const button = document.getElementById("take");
+      button.focus(); button.click();
+      return [document.getElementById("own-fault").textContent, speeds, document.activeElement.id];""")
+    assert fault == "" and 0.95 * float(fastest) < max(speeds) <= float(fastest)
+    # The keyboard is not lost with the button.
+    assert focus == "verdict-title"
+
+
+@needs_browser
+def test_nothing_of_another_mill_stays_where_a_search_finds_nothing(page):
+    before, after = page.run("""
+      const rows = () => ["#others tbody tr", "#best-reasons li"].map((own) => document.querySelectorAll(own).length);
+      const before = rows();
+      CONTENT.sold_mm.length = 0; atlas.render(); await atlas.searched;
+      return [before, rows()];""")
+    assert min(before) > 0 and after == [0, 0]
+
+
+@needs_browser
+def test_a_fault_of_the_contact_is_told_as_one_of_the_contact(page):
+    said = page.run("""
+      const input = document.getElementById("contact-restitution"), good = input.value;
+      const set = (text) => { input.value = text; input.dispatchEvent(new Event("change", { bubbles: true }));
+        return { verdict: document.getElementById("verdict").textContent, open: document.getElementById("contact").open,
+          invalid: input.getAttribute("aria-invalid") }; };
+      document.getElementById("contact").open = false;
+      return [set("two"), set(good)];""")
+    assert said[0]["open"] and said[0]["invalid"] == "true" and said[1]["invalid"] is None
+    assert "contact" in said[0]["verdict"] and not said[1]["verdict"].startswith("Nothing to compare")
+
+
+@needs_browser
+def test_a_slow_drum_that_is_shown_fast_is_told_so(page):
+    told = page.run("""
+      const shown = (own) => { Object.defineProperty(atlas.film, "slower", { value: own, configurable: true });
+        atlas.film.tell(); return document.getElementById("legend").textContent; };
+      await atlas.drawn;
+      return [4, 0.25, 1].map(shown);""")
+    assert "4 times slower than" in told[0] and "4 times faster than" in told[1] and "as fast as" in told[2]
+
+
+@needs_browser
 def test_intervals_that_have_not_held_decide_nothing(page):
     held, verdict, reasons = page.run("""
       const kinds = Object.values(CONTENT.errors), held = kinds.flatMap((own) => Object.values(own.held));

@@ -202,6 +202,8 @@ def atlas_page(content: dict[str, Any]) -> str:
             [embed_files(EXPLORER, *SHARED), Markup(formulas(kinds)), embed_files(FOLDER, *SCRIPTS)]
         ),
         content=embed_json(content),
+        near_percent=f"{content['near_percent']:g}",
+        least_held=f"{content['least_held']:.0%}".replace("%", " %"),
     )
 
 

@@ -65,17 +65,17 @@ async function nearest(kind, condition, wanted, soldMm, fastestHz) {
         moved = best.distance < before - 1e-9;
       }
     }
-    const speed_hz = asSet(kind, best.condition.speed_hz);
+    const speed_hz = asSet(kind, best.condition.speed_hz, fastestHz);
     const condition_ = { ...best.condition, speed_hz };
     found.push({ condition: condition_, distance: distance(kind, condition_, wanted) });
   }
   return found.filter((own) => own.distance < Infinity).sort((one, other) => one.distance - other.distance);
 }
 
-/** A speed as a mill is set: whole turns per minute, tenths of hertz. */
-function asSet(kind, speedHz) {
-  const step = kind.speedUnit === "Hz" ? 0.1 : 1;
-  return (Math.round((speedHz * kind.perHertz) / step) * step) / kind.perHertz;
+/** A speed as a mill is set, and not over its fastest: whole turns per minute, tenths of hertz. */
+function asSet(kind, speedHz, fastestHz = Infinity) {
+  const steps = kind.perHertz * (kind.speedUnit === "Hz" ? 10 : 1);
+  return Math.min(Math.round(speedHz * steps), Math.floor(fastestHz * steps * (1 + 1e-9))) / steps;
 }
 
 /** Numbers at equal ratios. */

@@ -136,11 +136,14 @@ class AtlasPage {
   readContact() {
     const found = { young_modulus_gpa: this.contact.young_modulus_gpa };
     byId("contact-fault").textContent = "";
+    for (const { input } of this.contactFields) input.removeAttribute("aria-invalid");
     for (const own of this.contactFields) {
       try {
         found[own.name] = readField(own.input.value, own);
       } catch (error) {
         byId("contact-fault").textContent = error.message;
+        byId("contact").open = true;
+        own.input.setAttribute("aria-invalid", "true");
         return null;
       }
     }
@@ -221,7 +224,8 @@ class AtlasPage {
     byId("time").textContent = "";
     say.className = "";
     if (!paper || !own) {
-      say.textContent = `Nothing to compare: ${paper ? "your" : "the paper's"} settings have a fault.`;
+      const faulty = byId("contact-fault").textContent ? "the numbers of the contact" : paper ? "your settings" : "the paper's settings";
+      say.textContent = `Nothing to compare: ${faulty} have a fault.`;
       return;
     }
     if (!this.compared) {
@@ -291,6 +295,9 @@ class AtlasPage {
     if (!possible) return;
     byId("best").textContent = "Searching …";
     byId("take").hidden = true;
+    // Nothing of another mill stays.
+    const rowsOf = document.querySelector("#others tbody");
+    for (const part of [byId("best-reasons"), rowsOf]) part.replaceChildren();
     const token = (this.token = {});
     const found = await nearest(side.kind, condition, wantedOf(paper), this.content.sold_mm, condition.fastest_hz);
     // Another search has begun since.
@@ -315,7 +322,7 @@ class AtlasPage {
       const texts = cells.map((cell) => (cell.unit ? `${cell.value} ${cell.unit}` : String(cell)));
       return element("tr", {}, element("th", { scope: "row" }, `${each.ball_diameter_mm} mm`), ...texts.map((text) => element("td", {}, text)), element("td", {}, button));
     });
-    document.querySelector("#others tbody").replaceChildren(...rows);
+    rowsOf.replaceChildren(...rows);
   }
 
   settingWords({ condition, answer }) {
@@ -331,7 +338,8 @@ class AtlasPage {
       fields[name].input.value = short(Number(kind.shownSetting(name).shown(condition[name]).toPrecision(6)));
     }
     this.render();
-    byId("verdict").scrollIntoView({ block: "center" });
+    // The button that was pressed is hidden or gone.
+    goTo("verdict-title");
   }
 
   renderDetails() {

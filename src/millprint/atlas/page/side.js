@@ -127,8 +127,8 @@ class Side {
     const wanted = of("ball_diameter_mm", ["ball"]);
     start.ball_diameter_mm = this.content.sold_mm.reduce((best, own) => (Math.abs(Math.log(own / wanted)) < Math.abs(Math.log(best / wanted)) ? own : best));
     start.fastest_hz = fastest_hz ?? known?.fastest_hz ?? of("speed_hz", ["froude", "critical"], 1);
-    const speed = Math.min(of("speed_hz", ["froude", "critical"], FAST), start.fastest_hz) * kind.perHertz;
-    start.speed_hz = Number(speed.toPrecision(2)) / kind.perHertz;
+    const speed = of("speed_hz", ["froude", "critical"], FAST) * kind.perHertz;
+    start.speed_hz = Math.min(Number(speed.toPrecision(2)) / kind.perHertz, start.fastest_hz);
     // As many balls as hit something, if any number does.
     const numbers = FULL.map((share) => Math.max(1, Math.min(kind.limits.most_balls, Math.round(of("number", ["fill"], share)))));
     const hit = (number) => kind.hits(kind.inputs(kind.known({ ...start, number }))) >= kind.limits.hits;

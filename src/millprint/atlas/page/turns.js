@@ -192,8 +192,9 @@ class Film {
 
   /** After another condition: what colours and pace mean. */
   tell() {
-    const slow = this.slower > 1.5 ? `${digits3(this.slower)} times slower than the mills` : "as fast as the mills";
-    this.legend.textContent = this.pictures.some((own) => own.run) ? `0 to ${digits(this.top)} m/s; shown ${slow}.` : "";
+    const factor = digits3(Math.max(this.slower, 1 / this.slower));
+    const pace = factor === "1" ? "as fast as" : `${factor} times ${this.slower > 1 ? "slower" : "faster"} than`;
+    this.legend.textContent = this.pictures.some((own) => own.run) ? `0 to ${digits(this.top)} m/s; shown ${pace} the mills.` : "";
     this.draw();
   }
 }
