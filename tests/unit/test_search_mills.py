@@ -1,17 +1,30 @@
 """The search for settings of any mill that do what a condition of another does, and `millprint match --any`."""
 
+import re
+
 import numpy as np
 import pytest
 
 from millprint.atlas.design import design
 from millprint.atlas.estimate_mill import check, estimate, is_known
 from millprint.atlas.kinds import DRUM, KINDS, MIXER, PLANETARY, recognise
-from millprint.atlas.search_mills import ALIKE, EQUAL, Found, listed_mills, nearest_settings, ranked
-from millprint.cli import match_conditions
+from millprint.atlas.search_mills import (
+    ALIKE,
+    EQUAL,
+    Found,
+    fastest_of_kinds,
+    listed_mills,
+    makers_mills,
+    nearest_settings,
+    own_mill,
+    ranked,
+)
+from millprint.cli import match_conditions, new_mill
 from millprint.config.errors import ConfigError
 from millprint.config.included import included_mills as config_mills
 from millprint.config.included import load_mill
 from millprint.estimate.estimates import Estimate, Interval
+from millprint.run.files import read_table
 from tests.conftest import ROOT
 from tests.refusals import refusal, refusals
 from tests.unit.made_atlas import made_model
@@ -48,9 +61,58 @@ def test_what_is_known_of_many_is_what_is_known_of_each(kind):
     assert 0.1 < np.mean(expected) < 0.95
 
 
+def made_mills():
+    return makers_mills(ROOT / "config/atlas/makers.tsv", list(KINDS.values()))
+
+
+def test_a_maker_s_mill_has_a_jar_and_the_speed_that_its_maker_gives():
+    """The table's own rows, read here once more: a jar of another machine is never put into one without."""
+    table = read_table(ROOT / "config/atlas/makers.tsv")
+    made = made_mills()
+    assert {own["title"] for own in made} >= {"Retsch PM 100", "SPEX 8000 class", "Fritsch Pulverisette 7 premium line"}
+    for own in made:
+        rows = table[table["mill"] == own["title"]].set_index("quantity")["value"]
+        assert own["dimensions"]["radius_mm"] == rows["radius_mm"]
+        assert own["dimensions"]["height_mm"] == rows["height_mm"]
+        (speed,) = (row for row in rows.index if row.startswith("speed"))
+        assert own["fastest_hz"] == pytest.approx(rows[speed] / (60 if speed.endswith("rpm") else 1))
+    of_kinds = fastest_of_kinds(made)
+    assert of_kinds == pytest.approx({"planetary": 1100 / 60, "mixer": 30, "spex": 17.5})
+    _, planetary = recognise(load_mill("planetary"))
+    assert own_mill("own", PLANETARY, planetary, made)["fastest_hz"] == pytest.approx(650 / 60)
+    assert own_mill("own", PLANETARY, planetary | {"height_mm": 70.0}, made)["fastest_hz"] is None
+
+
+def test_no_mill_is_faster_than_its_maker_says_and_what_is_assumed_is_told(capsys):
+    match_conditions.main(["--any", "--like", "mixer", "25Hz", "10", "number=6", "--ranked", "30"])
+    told = capsys.readouterr().out
+    speeds = re.findall(r"^ *(SPEX 8000 class|Retsch MM class|Retsch PM 100) .*? ([\d.]+) (?:Hz|rpm) ", told, re.M)
+    most = {"SPEX 8000 class": 17.5, "Retsch MM class": 30, "Retsch PM 100": 650}
+    assert len(speeds) > 2 and all(float(speed) <= most[title] for title, speed in speeds)
+    assert "SPEX 8000 class: assumed fillet_radius_mm" in told
+
+
+def test_a_mill_of_one_s_own_is_as_fast_as_makers_mills_or_as_its_owner_says(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    new_mill.main(["mixer", "--no-picture", "--set", "radius_mm=10", "height_mm=34", "fillet_radius_mm=10"])
+    capsys.readouterr()
+    asked = ["--any", "mine.yaml", "--like", "mixer", "30Hz", "15", "number=2"]
+
+    def fastest():
+        told = capsys.readouterr().out
+        return max(map(float, re.findall(r"([\d.]+) Hz ", told))), "mine.yaml: fastest speed not known" in told
+
+    match_conditions.main(asked)
+    speed, is_told = fastest()
+    assert speed <= 30 and is_told
+    match_conditions.main([*asked, "--speeds", "31Hz", "45Hz"])
+    speed, is_told = fastest()
+    assert speed >= 31 and not is_told
+
+
 def test_each_mill_is_listed_once_and_only_where_the_atlas_knows_its_dimensions():
     """A drum of three radii in length is beyond it at any speed; the Bond mill is in both tables."""
-    found = listed_mills(ROOT / "config/atlas/makers.tsv", list(config_mills()), list(KINDS.values()))
+    found = listed_mills(made_mills(), list(config_mills()), list(KINDS.values()))
     titles = [own["title"] for own in found]
     assert "Bond mill" in titles and load_mill("bond_mill").title not in titles and load_mill("drum").title in titles
     assert not {"Drum of Alizadeh et al.", load_mill("repose_drum").title} & set(titles)

@@ -28,15 +28,17 @@ from millprint.estimate.judge import AGREES, Verdict, judge_all
 from millprint.fingerprint.condition_search import verdict_on
 from millprint.run.files import read_table
 
-# What a table of makers calls a jar that fits several mills.
-JAR, ASSUMED = "jar of", "assumed"
-SPEEDS = {"speed_max_rpm": 1 / 60, "speed_max_hz": 1.0}
+ASSUMED = "assumed"
+# The jar, which makes a mill of a maker's machine; its fastest speed, or the only one.
+JAR = {"radius_mm", "height_mm"}
+SPEEDS = {"speed_max_rpm": 1 / 60, "speed_max_hz": 1.0, "speed_rpm": 1 / 60, "speed_hz": 1.0}
 
 
 def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
-    """The mills of makers: dimensions of the table of makers, the others as the included mill of the kind has them.
+    """The mills of makers whose jar the table gives: further dimensions that it lacks as the included mill of the kind
+    has them.
 
-    known: how each of the dimensions is known that the table does not assume.
+    known: how each of the dimensions is known that nobody assumed.
     """
     table = read_table(path)
     found: list[dict[str, Any]] = []
@@ -45,7 +47,7 @@ def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
         values = dict(zip(rows["quantity"], rows["value"], strict=True))
         known = recognise(load_mill(kind.name)) if kind else None
         own = {each.name for each in kind.dimensions} & set(values) if kind else set()
-        if kind is None or known is None or JAR in name or not own - {"ratio"}:
+        if kind is None or known is None or not own >= JAR:
             continue
         dimensions = known[1] | {each: values[each] for each in own}
         fastest = [values[key] * factor for key, factor in SPEEDS.items() if key in values]
@@ -58,35 +60,45 @@ def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
     return found
 
 
-def included_mills(names: list[str], kinds: list[Kind]) -> list[dict[str, Any]]:
-    """Those of the included mills that are of a kind of the atlas."""
-    found: list[dict[str, Any]] = []
-    for name in names:
-        mill = load_mill(name)
-        built = recognise(mill)
-        if built and built[0] in kinds:
-            own = {"title": mill.title, "kind": built[0].name, "dimensions": built[1]}
-            found.append({**own, "fastest_hz": None, "known": None})
-    return found
+def own_mill(title: str, kind: Kind, dimensions: Values, made: list[dict[str, Any]]) -> dict[str, Any]:
+    """A mill of which only the dimensions are told; as fast as the maker's that has the same."""
+    same = (own for own in made if own["kind"] == kind.name and _is_one(own["dimensions"], dimensions))
+    fastest = next((own["fastest_hz"] for own in same), None)
+    return {"title": title, "kind": kind.name, "dimensions": dimensions, "fastest_hz": fastest, "known": None}
+
+
+def fastest_of_kinds(made: list[dict[str, Any]]) -> dict[str, float]:
+    """What the fastest of makers' mills of a kind reach [Hz], but for kinds with a critical speed of their own."""
+    fastest: dict[str, float] = {}
+    for own in made:
+        if own["fastest_hz"] and "critical" not in KINDS[own["kind"]].names:
+            fastest[own["kind"]] = max(own["fastest_hz"], fastest.get(own["kind"], 0.0))
+    return fastest
 
 
 # Two mills are one where no dimension differs by more than this.
 ONE_MILL = 0.02
 
 
-def listed_mills(makers: str | Path | None, included: list[str], kinds: list[Kind]) -> list[dict[str, Any]]:
-    """The included mills and those of makers whose dimensions the atlas knows, each once: one in both tables is the
-    maker's."""
-    made = makers_mills(makers, kinds) if makers else []
+def _is_one(own: Values, other: Values) -> bool:
+    return np.allclose([*own.values()], [other[name] for name in own], ONE_MILL)
+
+
+def listed_mills(made: list[dict[str, Any]], included: list[str], kinds: list[Kind]) -> list[dict[str, Any]]:
+    """The included mills of a kind and those of makers (made) whose dimensions the atlas knows, each once: one in both
+    tables is the maker's."""
+    mills = []
+    for name in included:
+        mill = load_mill(name)
+        built = recognise(mill)
+        if built and built[0] in kinds:
+            mills.append(own_mill(mill.title, *built, made))
 
     def is_made(own: dict[str, Any]) -> bool:
-        others = (each["dimensions"] for each in made if each["kind"] == own["kind"])
-        return any(
-            np.allclose([*each.values()], [own["dimensions"][name] for name in each], ONE_MILL) for each in others
-        )
+        return any(each["kind"] == own["kind"] and _is_one(each["dimensions"], own["dimensions"]) for each in made)
 
-    mills = [*(own for own in included_mills(included, kinds) if not is_made(own)), *made]
-    return [own for own in mills if KINDS[own["kind"]].knows(own["dimensions"])]
+    listed = [*(own for own in mills if not is_made(own)), *made]
+    return [own for own in listed if KINDS[own["kind"]].knows(own["dimensions"])]
 
 
 # Members of a generation for each setting, generations, seed; how much a thing that cannot be counts.

@@ -8,8 +8,18 @@ import math
 import pandas as pd
 
 from millprint.atlas.estimate_mill import estimate, included_models, model_of
-from millprint.atlas.kinds import balls_of, recognise
-from millprint.atlas.search_mills import ALIKE, Found, listed_mills, nearest_settings, ranked
+from millprint.atlas.kind_groups import Kind
+from millprint.atlas.kinds import KINDS, balls_of, recognise
+from millprint.atlas.search_mills import (
+    ALIKE,
+    Found,
+    fastest_of_kinds,
+    listed_mills,
+    makers_mills,
+    nearest_settings,
+    own_mill,
+    ranked,
+)
 from millprint.cli.estimate_condition import condition_of, mill_and_contact
 from millprint.cli.match_conditions import print_lines
 from millprint.config.charge import charge_words, speed_words
@@ -43,18 +53,18 @@ def _wanted(like: list[str]) -> tuple:
     return known[0], condition_of(*known, asked, contact), contact
 
 
-def _mills(names: list[str]) -> list[dict]:
-    """The mills that are named, or those of the table of makers and those that come with the library, of kinds that the
-    atlas has. Raises ConfigError for one of no kind."""
-    kinds = [model.kind for model in included_models().values()]
+def _mills(names: list[str], made: list[dict], kinds: list[Kind]) -> list[dict]:
+    """The mills that are named, or the makers' (made) and those that come with the library, of `kinds` of the atlas.
+
+    Raises ConfigError for one of no kind."""
     if not names:
-        return listed_mills(shipped(MAKERS), list(included_names()), kinds)
+        return listed_mills(made, list(included_names()), kinds)
     found = []
     for name in names:
         known = recognise(mill_and_contact(name, None)[0])
         if known is None:
             raise ConfigError(f"{name}: no kind of the atlas; leave out --any to match its fingerprint")
-        found.append({"title": name, "kind": known[0].name, "dimensions": known[1], "fastest_hz": None})
+        found.append(own_mill(name, *known, made))
     return found
 
 
@@ -68,11 +78,17 @@ def match_any(options: argparse.Namespace) -> None:
     kind, condition, contact = _wanted(options.like)
     models = included_models()
     wanted = estimate(kind, condition, model_of(kind))
+    kinds = [model.kind for model in models.values()]
+    table = shipped(MAKERS)
+    made = makers_mills(table, kinds) if table else []
+    mills, of_kinds = _mills(options.fingerprints, made, kinds), fastest_of_kinds(made)
     sizes, found = [float(size) for size in options.balls or SOLD_MM], []
-    for mill in _mills(options.fingerprints):
+    for mill in mills:
         model = models[mill["kind"]]
+        # Without a limit of the machine or of the user, what makers' mills of the kind reach.
+        reached = math.inf if options.speeds else of_kinds.get(mill["kind"], math.inf)
         low, high = (rpm / 60 for rpm in options.speeds or (0.0, math.inf))
-        speeds_hz = low, min(high, mill["fastest_hz"] or math.inf)
+        speeds_hz = low, min(high, mill["fastest_hz"] or reached)
         own = nearest_settings(mill["title"], model, mill["dimensions"], balls_of(contact), sizes, wanted, speeds_hz)
         found += ranked(own, request.near_percent)[:PER_MILL]
     if not found:
@@ -87,18 +103,38 @@ def match_any(options: argparse.Namespace) -> None:
         "intervals of both mills; hours are for the same energy per mass of balls"
     )
     print(table.to_string(index=False))
+    titles = {own.title for own in found}
+    print_lines(*_assumed([mill for mill in mills if mill["title"] in titles], of_kinds, bool(options.speeds)))
     if options.out:
         write_table(table, options.out)
+
+
+def _speed_words(kind: str, speed_hz: float) -> str:
+    return f"{speed_hz:.1f} Hz" if KINDS[kind].speed_unit == "hz" else f"{60 * speed_hz:.0f} rpm"
+
+
+def _assumed(mills: list[dict], of_kinds: dict[str, float], is_given: bool) -> list[str]:
+    """Lines on what is not known of the mills that were found: dimensions, and speeds where none are given."""
+    lines = []
+    for mill in mills:
+        guessed = [name for name in mill["dimensions"] if mill["known"] is not None and name not in mill["known"]]
+        if guessed:
+            lines.append(f"{mill['title']}: assumed {', '.join(guessed)}; measure yours and name your mill's file")
+    for mill in [] if is_given else mills:
+        if not mill["fastest_hz"]:
+            kind, most = mill["kind"], of_kinds.get(mill["kind"])
+            reached = f"the {_speed_words(kind, most)} of makers' mills" if most else "what the atlas knows"
+            lines.append(f"{mill['title']}: fastest speed not known, here up to {reached}; give --speeds FROM TO")
+    return lines
 
 
 def _row(own: Found, near_percent: float, hours: float) -> dict[str, str]:
     """A setting as it is printed."""
     condition, kind = own.estimate.condition, own.estimate.kind
-    speed = condition["speed_hz"]
     row = {
         "mill": own.title, "jar mm": f"{plain(2 * condition['radius_mm'])} x {plain(condition['height_mm'])}",
         "ball mm": plain(condition["ball_diameter_mm"]), "balls": plain(condition["number"]),
-        "speed": f"{speed:.1f} Hz" if kind.speed_unit == "hz" else f"{60 * speed:.0f} rpm",
+        "speed": _speed_words(kind.name, condition["speed_hz"]),
     }  # fmt: skip
     for name, sign in COMPARED.items():
         low, high = own.ratios[name].ends("scatter")

@@ -12,7 +12,7 @@ from millprint.atlas.atlas_model import FITTED, HITS, MARKS, PREDICTED, KindMode
 from millprint.atlas.estimate_mill import STIFFNESS
 from millprint.atlas.kind_groups import BEYOND, MOST_BALLS, PACKED, SETTINGS, Kind
 from millprint.atlas.kinds import KINDS
-from millprint.atlas.search_mills import listed_mills
+from millprint.atlas.search_mills import fastest_of_kinds, listed_mills, makers_mills
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.included import load_contact
 from millprint.fingerprint.condition_search import SOLD_MM
@@ -145,6 +145,7 @@ def atlas_content(
     of recorded turns; makers: path of the table of makers' mills; included: names of mills that come with the library.
     """
     kinds = [kind for name, kind in KINDS.items() if name in models]
+    made = makers_mills(makers, kinds)
     return {
         "kinds": {kind.name: _words(kind) for kind in kinds},
         "not_yet": [kind.title for kind in KINDS.values() if kind not in kinds],
@@ -157,7 +158,8 @@ def atlas_content(
         "predicted": PREDICTED,
         "limits": {"hits": HITS, "beyond": BEYOND, "stiffness": STIFFNESS, "most_balls": MOST_BALLS, "packed": PACKED},
         "turns": {"per_radius": turns["per_radius"], "kinds": {kind.name: turns["kinds"][kind.name] for kind in kinds}},
-        "mills": listed_mills(makers, included, kinds),
+        "mills": listed_mills(made, included, kinds),
+        "fastest_hz": fastest_of_kinds(made),
         "contacts": [_contact(name) for name in CONTACTS],
         "sold_mm": SOLD_MM,
         "near_percent": SearchConfig().near_percent,

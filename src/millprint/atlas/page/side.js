@@ -115,10 +115,9 @@ class Side {
   }
 
   /** Dimensions with balls, number and speed within what the atlas knows, and the fastest speed: of the mill, or of
-      another one of the kind. */
+      the fastest maker's of the kind. */
   typical({ dimensions, fastest_hz }) {
     const { kind } = this;
-    const known = this.content.mills.find((own) => own.kind === kind.name && own.fastest_hz);
     const start = { ...this.contact?.(), ...dimensions, density_kg_m3: DENSITY, ball_diameter_mm: 10, number: 1, speed_hz: 5 };
     const of = (name, groups, share = 0.5) => {
       const [low, high] = rangeOf(kind, start, name, groups);
@@ -126,7 +125,7 @@ class Side {
     };
     const wanted = of("ball_diameter_mm", ["ball"]);
     start.ball_diameter_mm = this.content.sold_mm.reduce((best, own) => (Math.abs(Math.log(own / wanted)) < Math.abs(Math.log(best / wanted)) ? own : best));
-    start.fastest_hz = fastest_hz ?? known?.fastest_hz ?? of("speed_hz", ["froude", "critical"], 1);
+    start.fastest_hz = fastest_hz ?? this.content.fastest_hz[kind.name] ?? of("speed_hz", ["froude", "critical"], 1);
     const speed = of("speed_hz", ["froude", "critical"], FAST) * kind.perHertz;
     start.speed_hz = Math.min(Number(speed.toPrecision(2)) / kind.perHertz, start.fastest_hz);
     // As many balls as hit something, if any number does.
