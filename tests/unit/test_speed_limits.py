@@ -9,7 +9,6 @@ import pytest
 
 from millprint.cases.of_mill import mill_cases
 from millprint.config.checks import load_workflow
-from millprint.config.included import load_mill
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import Agitation
 from millprint.fingerprint.sweep_checks import check_speeds, speed_settings, speed_warnings, with_paces
@@ -119,13 +118,13 @@ def test_a_speed_in_the_wrong_unit_is_warned_of(monkeypatch):
     assert "speeds_rpm = 10: " in line and "0.0019 g" in line and line.endswith("Write it under speeds_hz")
 
 
-def test_a_drum_far_above_its_critical_speed_is_warned_of(monkeypatch):
+@pytest.mark.parametrize("sizes_mm", [[10], [10, 12], [12, 10]])
+def test_a_drum_above_its_critical_speed_is_warned_of(sizes_mm, monkeypatch):
+    """w^2 (R - r) = g, with the drum's 50 mm and the smallest ball's radius of 5 mm."""
     monkeypatch.chdir(ROOT)
-    drum = load_mill("drum")
-    fast = paces(drum, build_bodies(drum))[0].speed_at(BOUNDS[Agitation.TUMBLED].usual)
-    # Twice the speed at which the wall has 1 g.
-    assert fast == pytest.approx(1 / math.pi * math.sqrt(9.81 / 0.05))
-    above, below = (60 * factor * fast for factor in (1.01, 0.99))
-    (line,) = warnings_of({"sweeps": [{**SWEEP, "mills": ["drum"], "speeds_rpm": [above, below]}]})
+    critical = 30 / math.pi * math.sqrt(9.80665 / (0.05 - 0.005))
+    above, below = (factor * critical for factor in (1.01, 0.99))
+    sweep = {**SWEEP, "mills": ["drum"], "ball_diameters_mm": sizes_mm, "speeds_rpm": [above, below]}
+    (line,) = warnings_of({"sweeps": [sweep]})
     assert f"mill drum: speeds_rpm = {above:g}: " in line
-    assert "critical speed" in line
+    assert f"critical speed on, {math.floor(critical)} rpm" in line

@@ -82,8 +82,8 @@ def check(kind: Kind, condition: Values) -> dict[str, float]:
         )
     if groups.get("critical", 0.0) >= 1:
         raise ConfigError(
-            f"{place}: the speed is {groups['critical']:.3g} of the critical one: balls stay on the wall; take less "
-            f"than {60 * condition['speed_hz'] / groups['critical']:.3g} rpm"
+            f"{place}: the speed is {groups['critical']:.3g} of the critical one, from which on a ball that does not "
+            f"slide goes round with the wall; take less than {60 * condition['speed_hz'] / groups['critical']:.3g} rpm"
         )
     if groups.get("turns", 1.0) <= 0:
         raise ConfigError(

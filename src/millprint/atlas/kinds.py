@@ -206,7 +206,7 @@ MIXER = Kind(
 
 # ---- drum ----
 def _drum_speed(values: Values) -> float:
-    """Speed over the critical one, at which a ball stays on the wall: sqrt(g / (R - d / 2)) / 2 pi."""
+    """Speed over the critical one, at which one that does not slide goes round: sqrt(g / (R - d / 2)) / 2 pi."""
     import numpy as np
 
     reach = (values["radius_mm"] - values["ball_diameter_mm"] / 2) / 1e3

@@ -16,7 +16,7 @@ from millprint.dem.case_checks import (
 )
 from millprint.dem.resources import resources_of
 from millprint.dose.wear import read_materials
-from millprint.fingerprint.sweep_checks import SpeedSetting, check_speeds, speed_warnings, with_paces
+from millprint.fingerprint.sweep_checks import SpeedSetting, check_speeds, smallest_balls, speed_warnings, with_paces
 
 
 def check_experiment(
@@ -49,9 +49,7 @@ def check_cases(
     """
     mills, (key, unit) = {mill.name: mill}, speed
     bodies = checked_bodies(mills)
-    settings = [
-        SpeedSetting(f"{place}: {key}", unit, mill, speed_hz) for speed_hz in sorted({case.speed_hz for case in cases})
-    ]
+    settings = [SpeedSetting(f"{place}: {key}", unit, mill, *pair) for pair in sorted(smallest_balls(cases).items())]
     speeds = with_paces(settings, bodies)
     check_speeds(speeds)
     for diameter in sorted({size for case in cases for size in case.sizes_m}):

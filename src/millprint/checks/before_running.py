@@ -143,7 +143,8 @@ def card_cases(table: CaseTable) -> dict[str, tuple[SpeedSetting, list[Case]]]:
         mill, balls = table.mills[experiment.mill], table.contact_of(name)
         own = own_cases(experiment, mill, balls, config.mills, place)
         key, unit = ("speed_hz", "Hz") if experiment.speed_hz is not None else ("speed_rpm", "rpm")
-        found[place] = SpeedSetting(f"{place}: {key}", unit, mill, experiment.hz), own
+        ball_m = min(size for case in own for size in case.sizes_m)
+        found[place] = SpeedSetting(f"{place}: {key}", unit, mill, experiment.hz, ball_m), own
         contact = overridden(own[0], mill, balls)[1]
         materials = config.dose.wear.materials
         check_material(experiment, contact.density_kg_m3, read_materials(materials), place, materials)

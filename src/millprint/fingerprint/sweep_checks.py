@@ -1,7 +1,7 @@
 """Checks before a job starts: speeds compared with real machines (mill.speed_limits), and recorded counting rules."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -19,12 +19,16 @@ PER_HZ = {"rpm": 60.0, "Hz": 1.0}
 
 @dataclass(frozen=True)
 class SpeedSetting:
-    """A speed [Hz] of a mill, with the YAML file and key that set it, and the unit of that key, rpm or Hz."""
+    """A speed [Hz] of a mill, with the YAML file and key that set it, and the unit of that key, rpm or Hz.
+
+    ball_m: the smallest diameter of its balls.
+    """
 
     place: str
     unit: str
     mill: MillConfig
     speed_hz: float
+    ball_m: float
 
     @property
     def line(self) -> str:
@@ -57,14 +61,16 @@ def speed_settings(
         # Of conditions one by one, which may be thousands, the fastest says it.
         one_by_one = bool(sweep and sweep.conditions)
         place = f"{place_of_sweep(config, name, source)}: {'conditions: speed_rpm' if one_by_one else key}"
-        speeds = list(dict.fromkeys(case.speed_hz for case in own))
+        speeds = smallest_balls(own)
         told = [max(speeds)] if one_by_one else speeds
-        settings += [SpeedSetting(place, unit, mills[name], speed) for speed in told]
+        settings += [SpeedSetting(place, unit, mills[name], speed, speeds[speed]) for speed in told]
     plan = config.mills.scale_up
     if plan is not None:
         place = f"{source}: mills.scale_up.speed_rpm"
-        settings.append(SpeedSetting(place, "rpm", mills[plan.mill], plan.speed_rpm / 60))
-    return list({setting.line: setting for setting in settings}.values())
+        settings.append(SpeedSetting(place, "rpm", mills[plan.mill], plan.speed_rpm / 60, 0.0))
+    # Of one line, the smallest balls stay.
+    kept = {setting.line: setting for setting in sorted(settings, key=lambda setting: -setting.ball_m)}
+    return [kept[line] for line in dict.fromkeys(setting.line for setting in settings)]
 
 
 def _of_sweeps(case: Case, mill: MillConfig, source: str) -> SpeedSetting:
@@ -73,7 +79,17 @@ def _of_sweeps(case: Case, mill: MillConfig, source: str) -> SpeedSetting:
     except ConfigError as error:
         raise ConfigError(f"{source}: {error}") from None
     amplitude = "" if case.amplitude_mm is None else f" with amplitudes_mm = {case.amplitude_mm:g}"
-    return SpeedSetting(f"{source}: sweeps: mill {case.mill}{amplitude}: speeds_rpm", "rpm", mill, case.speed_hz)
+    return SpeedSetting(
+        f"{source}: sweeps: mill {case.mill}{amplitude}: speeds_rpm", "rpm", mill, case.speed_hz, min(case.sizes_m)
+    )
+
+
+def smallest_balls(cases: Iterable[Case]) -> dict[float, float]:
+    """The speeds of cases [Hz], each with the smallest diameter of its balls [m], whose critical speed is lowest."""
+    found: dict[float, float] = {}
+    for case in cases:
+        found[case.speed_hz] = min(*case.sizes_m, found.get(case.speed_hz, math.inf))
+    return found
 
 
 def with_paces(
@@ -92,7 +108,7 @@ def with_paces(
 
 def check_speeds(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> None:
     """Raise ConfigError with a line for each speed at which a wall would be faster than in any machine."""
-    faults = _lines(speeds, "most", ": at most")
+    faults = _lines(speeds, "most")
     if faults:
         raise ConfigError("\n".join(faults))
 
@@ -104,17 +120,17 @@ def speed_warnings(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> list[str]:
         for setting, pace in speeds
         if pace.bounds.least and pace.acceleration > 0 and setting.speed_hz < pace.speed_at(pace.bounds.least)
     }
-    return [*_lines(speeds, "usual", "; usual speeds go up to"), *slow.values()]
+    return [*_lines(speeds, "usual"), *slow.values()]
 
 
-def _lines(speeds: Sequence[tuple[SpeedSetting, Pace]], which: Literal["usual", "most"], advice: str) -> list[str]:
+def _lines(speeds: Sequence[tuple[SpeedSetting, Pace]], which: Literal["usual", "most"]) -> list[str]:
     """A line for each setting with a body beyond one of its bounds; names only the first such body."""
     lines: dict[str, str] = {}
     for setting, pace in speeds:
         bound: Bound = getattr(pace.bounds, which)
-        largest = pace.speed_at(bound)
+        largest = pace.speed_at(bound, setting.ball_m)
         if setting.speed_hz > largest:
-            fault = f"{pace.at_speed(setting.speed_hz)}; {bound.reason}{advice} {setting.up_to(largest)}"
+            fault = f"{pace.at_speed(setting.speed_hz)}; {bound.reason.format(speed=setting.up_to(largest))}"
             lines.setdefault(setting.line, f"{setting.line}: {fault}")
     return list(lines.values())
 

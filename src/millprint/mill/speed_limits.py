@@ -22,7 +22,10 @@ from millprint.run.numbers import plain
 
 @dataclass(frozen=True)
 class Bound:
-    """A bound on a wall's acceleration over gravity [-] or its speed [m/s], and what reaches it: the end of a line."""
+    """A bound on a wall's acceleration over gravity [-] or its speed [m/s], and the end of a line beyond it.
+
+    reason: has a place {speed} for the mill's speed that reaches the bound.
+    """
 
     value: float
     reason: str
@@ -32,18 +35,21 @@ class Bound:
 class Bounds:
     """The bounds of a kind of wall: on its acceleration over gravity [-] or, with `by_speed`, on its speed [m/s].
 
+    critical: whether `usual` is on the acceleration of the centre of a ball that turns with the wall.
     least: below it nothing mills, which hints at a speed in another unit.
     """
 
     usual: Bound
     most: Bound
     by_speed: bool = False
+    critical: bool = False
     least: Bound | None = None
 
 
+USUAL = "usual speeds go up to {speed}"
 _SHAKEN = Bounds(
-    usual=Bound(150, "the strongest mills that shake their vessel reach some 100 g"),
-    most=Bound(1000, "no mill shakes its vessel by over 1000 g"),
+    usual=Bound(150, f"the strongest mills that shake their vessel reach some 100 g; {USUAL}"),
+    most=Bound(1000, "no mill shakes its vessel by over 1000 g: at most {speed}"),
     least=Bound(0.1, "below 0.1 g nothing mills; is the speed in Hz? Write it under speeds_hz"),
 )
 BOUNDS = {
@@ -51,17 +57,19 @@ BOUNDS = {
     # of the sun wheel, to which the jar's own rotation adds a third at its wall. SPEX 8000, mixer and vibratory mills
     # stay below.
     Agitation.SHAKEN: _SHAKEN,
-    # A drum at its critical speed has 1 g at the wall, and 4 g at twice that speed. High-speed centrifuges for bottles
-    # of some 50 mL end near 100,000 g; ultracentrifuges beyond take tubes without anything that mills.
+    # From 1 g on, its critical speed, a drum carries a ball that does not slide all the way round. High-speed
+    # centrifuges for bottles of some 50 mL end near 100,000 g; ultracentrifuges beyond take tubes without anything that
+    # mills.
     Agitation.TUMBLED: Bounds(
-        usual=Bound(4, "beyond 1 g at the wall, the critical speed of a drum, balls stay on the wall and mill nothing"),
-        most=Bound(100_000, "no vessel of a mill turns at over 100,000 g"),
+        usual=Bound(1, "from the critical speed on, {speed}, a ball that does not slide goes round with the wall"),
+        most=Bound(100_000, "no vessel of a mill turns at over 100,000 g: at most {speed}"),
+        critical=True,
     ),
     # Tips of stirrers: 3 to 5 m/s in attritors, up to 25 m/s in stirred media mills, some 15 m/s in high-energy rotor
     # ball mills. Counter-rotating pin mills, without balls, are the fastest mills of all, near 250 m/s.
     Agitation.STIRRED: Bounds(
-        usual=Bound(25, "stirrers of ball mills reach some 25 m/s at their tips"),
-        most=Bound(250, "no mill's stirrer is faster than 250 m/s at its tip"),
+        usual=Bound(25, f"stirrers of ball mills reach some 25 m/s at their tips; {USUAL}"),
+        most=Bound(250, "no mill's stirrer is faster than 250 m/s at its tip: at most {speed}"),
         by_speed=True,
     ),
     # A wall that never moves reaches no bound.
@@ -84,12 +92,20 @@ class Pace:
     speed: float
     acceleration: float
 
-    def speed_at(self, bound: Bound) -> float:
-        """The mill's speed [Hz] at which the body reaches a bound of its kind; infinite for one that stands still."""
-        reached = self.speed if self.bounds.by_speed else self.acceleration / GRAVITY
-        if reached == 0:
+    def speed_at(self, bound: Bound, ball_m: float = 0.0) -> float:
+        """The mill's speed [Hz] at which the body reaches a bound of its kind; infinite for one that stands still.
+
+        ball_m: diameter of the balls, of whose centres the critical speed is.
+        """
+        if self.speed == 0:
             return math.inf
-        return bound.value / reached if self.bounds.by_speed else math.sqrt(bound.value / reached)
+        if self.bounds.by_speed:
+            return bound.value / self.speed
+        reached = self.acceleration
+        if bound is self.bounds.usual and self.bounds.critical:
+            # A body turns at speed / radius, and radius = speed^2 / acceleration.
+            reached *= max(0.0, 1 - ball_m / 2 * self.acceleration / self.speed**2)
+        return math.sqrt(bound.value * GRAVITY / reached) if reached else math.inf
 
     def at_speed(self, speed_hz: float) -> str:
         """What the body's wall does at a speed of the mill [Hz]."""

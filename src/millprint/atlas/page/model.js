@@ -35,7 +35,7 @@ class Kind {
     }
     if (groups.critical >= 1) {
       const fastest = digits3((this.perHertz * condition.speed_hz) / groups.critical);
-      return refuse("speed_hz", `Balls stay on the wall: the drum is beyond its critical speed of ${fastest} ${this.speedUnit}.`);
+      return refuse("speed_hz", `A ball that does not slide goes round with the wall: the drum is beyond its critical speed of ${fastest} ${this.speedUnit}.`);
     }
     if (groups.turns <= 0) {
       return refuse("ratio", "Jars of the atlas turn against the wheel: write -2 for what makers print as 1:-2 or 1:2.");
