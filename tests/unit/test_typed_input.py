@@ -3,6 +3,7 @@
 import itertools
 
 import pytest
+import trimesh
 
 from millprint.checks.before_running import mill_warnings
 from millprint.cli.new_mill import completed, questions, read_template
@@ -81,6 +82,35 @@ def test_a_forgotten_sign_of_a_planetary_mill_is_told():
     turned = mill.model_copy(update={"motion": mill.motion.model_copy(update={"ratio": 1.82})})
     (line,) = mill_warnings({"planetary": mill, "mine": turned})
     assert "config/mills/mine.yaml: motion.ratio = 1.82" in line and line.endswith("write -1.82")
+
+
+PLANETARY, TURNED = {"kind": "planetary", "sun_radius_mm": 70, "ratio": -2}, {"kind": "rotation", "axis": [0, 1, 0]}
+ABOUT_Z = {"kind": "rotation", "axis": [0, 0, 1]}
+
+
+@pytest.mark.parametrize(
+    ("motion", "shift_mm", "parts"),
+    [
+        (PLANETARY, (20, 20, 0), ("28.3 mm", "20 mm radius", "move the drawing by [-20, -20, 0] mm")),
+        (PLANETARY, (0.1, 0, 30), ()),
+        (PLANETARY | {"ratio": -1}, (20, 20, 0), ()),
+        (ABOUT_Z, (0, 583, 0), ("583 mm", "write pivot_mm: [0, 583, 0]")),
+        (ABOUT_Z | {"pivot_mm": [0, 583, 4]}, (0, 583, 0), ()),
+        (TURNED, (0, 0, 0), ("90 degrees", "write axis: [0, 0, 1]")),
+        ({"kind": "circle", "amplitude_mm": 17}, (20, 20, 0), ()),
+    ],
+)
+def test_a_vessel_that_turns_about_another_axis_than_its_own_is_told(motion, shift_mm, parts, tmp_path, monkeypatch):
+    """A jar at -1 only moves on a circle, so that its place in the drawing is nothing."""
+    monkeypatch.chdir(tmp_path)
+    jar = trimesh.creation.cylinder(20, 38, sections=64)
+    jar.apply_translation(shift_mm)
+    jar.export("jar.stl")
+    shape = {"kind": "stl", "path": "jar.stl", "unit": "mm"}
+    mill = MillConfig(name="mine", title="mine", source="made", volume_ml=47.7, geometry=shape, motion=motion)
+    found = mill_warnings({"mine": mill})
+    assert len(found) == bool(parts)
+    assert all(part in line for line in found for part in parts), found
 
 
 def test_a_list_of_whole_numbers_is_no_list_of_decimal_commas():

@@ -32,7 +32,7 @@ from millprint.fingerprint.sweep_checks import (
     with_paces,
 )
 from millprint.mill.bodies import build_bodies
-from millprint.mill.wall_words import drawn_in_words
+from millprint.mill.wall_words import drawn_in_words, off_axis_in_words
 from millprint.validation.measured import check_validation
 
 
@@ -110,15 +110,19 @@ def check_before_running(
 def mill_warnings(mills: dict[str, MillConfig]) -> list[str]:
     """A line for each planetary mill whose jar turns in the sense of its wheel, or reaches over the wheel's axis.
 
-    Further: for each mill of which a round wall of a file stays as it is drawn.
+    Further: for each mill of which a round wall of a file stays as it is drawn, or that turns about another axis than
+    its own.
     """
     found = []
     for name, mill in mills.items():
         shapes = [mill.geometry, *(insert.geometry for insert in mill.inserts)]
-        for body, shape in zip(build_bodies(mill), shapes, strict=True):
+        bodies = build_bodies(mill)
+        for body, shape in zip(bodies, shapes, strict=True):
             if not shape.faceted and (words := drawn_in_words(body.vessel)):
                 found.append(f"{body.vessel.name}: {words}")
         place, motion = f"{MILL_FOLDER}/{name}.yaml: motion", mill.motion
+        if words := off_axis_in_words(bodies[0], motion):
+            found.append(f"{place}: {words}")
         if not isinstance(motion, PlanetaryMotion):
             continue
         if motion.ratio > 0:

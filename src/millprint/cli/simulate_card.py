@@ -71,6 +71,7 @@ def main(arguments: list[str], name: str = "card") -> None:
     from millprint.card.read import CardSettings, Runs, known_of
     from millprint.cases.simulate import simulate_cases
     from millprint.cases.table import animated_case, own_cases
+    from millprint.checks.before_running import mill_warnings
     from millprint.config.included import SOURCES
     from millprint.config.load import CONTACT_FOLDER, MILL_FOLDER
     from millprint.config.workflow import WorkflowConfig
@@ -84,7 +85,7 @@ def main(arguments: list[str], name: str = "card") -> None:
     balls = experiment.contact or config.mills.contact_set
     contact = load_named(CONTACT_FOLDER, balls, ContactConfig, "contact set", sources)
     warnings, seconds = check_experiment(experiment, mill, contact, config, place)
-    for line in warnings:
+    for line in [*warnings, *mill_warnings({mill.name: mill})]:
         print(f"warning: {line}", file=sys.stderr)
     out = options.out or options.results / "cards" / experiment.name
     cases = own_cases(experiment, mill, contact, config.mills, place)

@@ -6,14 +6,18 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from millprint.config.motion_kinds import MotionSection
 from millprint.mill.bodies import Body
 from millprint.mill.borders import borders_of
 from millprint.mill.vessel import Vessel
+from millprint.run.numbers import plain
 
 # Flat facets look round where more than this number follow each other with turns of less than 20 degrees [rad].
 FEW_FACETS = 8
 ROUND_TURN = np.radians(20)
 LEAST_TURN = 1e-3
+# A vessel turns about its own axis within this share of its radius, and within this angle [rad].
+OFF_AXIS, SLANT = 0.02, np.radians(1)
 
 
 def _many(number: int, word: str) -> str:
@@ -81,4 +85,37 @@ def drawn_in_words(vessel: Vessel) -> str | None:
         f"a wall that looks round stays {facets} flat facets{why}: where balls roll, collision frequency and E*n need "
         "192 facets a turn, the normal power more, and E*t is too small with any number (docs/why/jar_and_motion.md); "
         "export it with more decimals, or as 192 facets a turn"
+    )
+
+
+def off_axis_in_words(body: Body, law: MotionSection) -> str | None:
+    """How far the line about which a vessel turns is off the axis of its largest round wall, and what to write; or None
+    for one that turns about its own axis, or not steadily.
+
+    law: the motion by its keys. Of a sphere any line through its middle is an axis.
+    """
+    vessel, motion = body.vessel, body.motion
+    whole = [number for number, curve in enumerate(vessel.curves) if curve.hollow and curve.part is None]
+    if not motion.rate or not whole:
+        return None
+    curve = vessel.curves[max(whole, key=lambda number: vessel.areas[vessel.facet_curves == number].sum())]
+    is_sphere, radius = curve.kind == "sphere", (curve.major or 0.0) + (curve.minor or 0.0)
+    away = curve.origin - motion.pivot
+    away = away - (away @ motion.axis) * motion.axis
+    off, slant = float(np.linalg.norm(away)), float(np.arccos(min(1.0, abs(curve.axis @ motion.axis))))
+    found, advice, is_free = [], [], hasattr(law, "pivot_mm")
+    if slant > SLANT and not is_sphere:
+        found.append(f"{plain(np.degrees(slant))} degrees")
+        axis = ", ".join(plain(part) for part in np.round(curve.axis, 4) + 0.0)
+        advice.append(f"write axis: [{axis}]" if is_free else f"turn the drawing until [{axis}] in it is [0, 0, 1]")
+    if off > OFF_AXIS * radius:
+        found.append(f"{plain(1e3 * off)} mm")
+        to = ", ".join(plain(part) for part in np.round(1e3 * (away if is_free else -away), 3) + 0.0)
+        advice.append(f"write pivot_mm: [{to}]" if is_free else f"move the drawing by [{to}] mm")
+    if not found:
+        return None
+    return (
+        f"the axis of the vessel's largest round wall, a {curve.kind} of {plain(1e3 * radius)} mm radius, is "
+        f"{' and '.join(found)} apart from the line about which the vessel turns; if it turns about that axis, "
+        f"{' and '.join(advice)}"
     )
