@@ -68,10 +68,24 @@ sys.exit(waited_for(subprocess.Popen([sys.executable, "-c", {program!r}])))
 @pytest.mark.parametrize(("words", "parts"), refusals("what_is_wrong_is_one_line"))
 def test_what_is_wrong_is_one_line(tmp_path, monkeypatch, capsys, ran, words, parts):
     monkeypatch.chdir(tmp_path)
-    assert main(words) in (1, 2)
+    try:
+        assert main(words) in (1, 2)
+    except SystemExit as end:
+        assert end.code == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("error: ") and all(part in line for part in parts), line
     assert not ran and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("energies", "meant"),
+    [(("221", "500"), ("0.000221", "0.0005")), (("0.5", "1.2"), ("0.0005",)), (("2.21e-4", "5e-4"), ())],
+)
+def test_energies_in_another_unit_are_asked_about(energies, meant, capsys):
+    """A planetary mill of this size hits with some 0.5 mJ, as its fingerprint says."""
+    assert main(["match", "planetary", "--energies", *energies]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert ("J? Write" in told) == bool(meant) and all(f"Write {value}" in told for value in meant), told
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from millprint.config.errors import MillprintError, readable
 
@@ -117,8 +117,29 @@ def _run(words: Sequence[str]) -> int:
         return 1
 
 
+class Once(argparse.Action):
+    """Stores what follows an option, and refuses the option a second time: argparse keeps the last without a word."""
+
+    is_given = False
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
+    ) -> None:
+        """Store the values."""
+        if option and self.is_given:
+            words = f"write all values after one {option}" if self.nargs in ("+", "*") else "give it once"
+            parser.error(f"{option}: is given twice; {words}")
+        self.is_given = True
+        setattr(namespace, self.dest, values)
+
+
 class OneLineParser(argparse.ArgumentParser):
-    """A parser that says what is wrong in one line."""
+    """A parser that says what is wrong in one line, and takes each option once."""
+
+    def __init__(self, *words: Any, **settings: Any) -> None:
+        super().__init__(*words, **settings)
+        for name in (None, "store"):
+            self.register("action", name, Once)
 
     def error(self, message: str) -> NoReturn:
         """Print the fault and where help is, and end."""

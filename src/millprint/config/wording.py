@@ -25,12 +25,13 @@ SAME_KIND = (
     {"rpm": 1.0, "hz": 60.0},
     {"gpa": 1e9, "mpa": 1e6, "bar": 1e5, "kpa": 1e3, "hpa": 1e2, "pa": 1.0},
     {"kg_m3": 1.0, "g/cm3": 1e3},
+    {"j": 1.0, "mj": 1e-3, "µj": 1e-6, "uj": 1e-6},
 )
 # Units in which people give a value by mistake, the likeliest first.
 LIKELY_UNITS = {
     "mm": ("m", "cm", "µm"), "kg": ("g",), "g": ("kg", "mg"), "rpm": ("hz",), "hz": ("rpm",), "ml": ("l",),
     "s": ("min", "h"), "h": ("min", "s"), "kg_m3": ("g/cm3",), "gpa": ("mpa", "pa"),
-    "pa": ("hPa", "kPa", "bar"), "k": ("°C",),
+    "pa": ("hPa", "kPa", "bar"), "k": ("°C",), "j": ("uJ", "mJ"),
 }  # fmt: skip
 ZERO_C_IN_K = 273.15
 LETTERS = {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "-": "_", " ": "_"}

@@ -15,6 +15,7 @@ from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.included import load_mill
 from millprint.config.load import check_model
+from millprint.config.wording import other_unit
 from millprint.estimate.estimates import columns_of, ratio_of
 from millprint.estimate.judge import AGREES, DIFFERS, OPEN
 from millprint.fingerprint.bands import FURTHER, ORIGINS
@@ -40,6 +41,8 @@ AT_LIMIT = 2e-3
 OTHER_SIZES, NEARER = 2.0, 0.5
 # Of a share, its odds are compared.
 COMPARED_TITLES, COMPARED_SIGNS = {SHARE.name: "tangential over normal power Pt/Pn"}, {SHARE.name: "Pt/Pn"}
+# A number farther off than this factor is asked about its unit, if in another one it is nearer than that.
+WRONG_UNIT, RIGHT_UNIT = 300, 30
 HEADS = {
     AGREES: "met on {mill}",
     OPEN: "not known on {mill} ({reason}); the nearest, {within}",
@@ -167,6 +170,19 @@ def choices_in_words(
             )
 
 
+def units_in_words(row: Mapping, target: Target) -> Iterator[str]:
+    """A question for each number of a target that no setting comes near to, but would in another unit."""
+    for name, value in target.values.items() if target.probability is None else ():
+        ratio, unit = row[f"{name}_ratio"], PREDICTED[name].unit
+        found = ratio * value
+        if abs(math.log(ratio)) > math.log(WRONG_UNIT) and (
+            asked := other_unit(
+                value, unit, lambda meant, found=found: abs(math.log(meant / found)) < math.log(RIGHT_UNIT)
+            )
+        ):
+            yield f"{compared_sign(name)} = {value:g} {unit}: {asked}"
+
+
 def match_in_words(
     rows: pd.DataFrame, target: Target, request: SearchConfig, fingerprints: Sequence[Fingerprint], hours: float = 1.0
 ) -> list[str]:
@@ -177,6 +193,8 @@ def match_in_words(
     if rows.empty:
         return ["no setting: none of the requested fill ratios was simulated"]
     best = best_of(rows)
+    if units := list(units_in_words(best, target)):
+        return [f"not met on {best['mill']}: {'; '.join(units)}"]
     head = HEADS[best["verdict"]].format(**best, within=farthest(best, target.asked))
     lines = [f"{head}: {setting_in_words(best)}: {ratios_in_words(best, target.asked)}"]
     own = next(
