@@ -144,6 +144,23 @@ def test_questions_are_asked_until_an_answer_is_right(tmp_path, monkeypatch, cap
     assert "with a point" in said and "did you mean steel" in said
 
 
+def test_an_answer_beyond_the_limits_of_its_key_is_asked_again_and_no_answer_is_lost(tmp_path, monkeypatch, capsys):
+    """The radius of 0.1 mm is refused at its question; the volume only when all is known, and is asked with the rest."""
+    monkeypatch.chdir(tmp_path)
+    first = ["Mine", "mine", "", "0.1", "40", "", "[85, -1]", "[80, 110]", "", "0.2 0.5 1.2", "0.2 0.3 10", "1000", ""]
+    typed = iter([*first, "", "", "", "", "150.8", ""])
+    asked = []
+    monkeypatch.setattr("builtins.input", lambda text: asked.append(text.split(":")[0]) or next(typed))
+    assert main(["new", "drum", "--no-picture"]) == 0
+    mill = yaml.safe_load(Path("config/mills/mine.yaml").read_text())
+    assert mill["geometry"]["radius_mm"] == 40 and mill["sweep"]["speeds_rpm"] == [80, 110]
+    assert mill["volume_ml"] == 150.8 and mill["sweep"]["fill_ratios"][:2] == [0.2, 0.3]
+    names = ["radius_mm", "speeds_rpm", "fill_ratios", "height_mm", "volume_ml", "name"]
+    assert [asked.count(name) for name in names] == [3, 3, 3, 2, 2, 2]
+    said = capsys.readouterr().err
+    assert "radius_mm = 0.1" in said and "holds 150.8 mL" in said
+
+
 def test_the_snakemake_command_is_printed_and_run(tmp_path, monkeypatch, capsys, ran):
     monkeypatch.chdir(ROOT)
     assert main(["fingerprint", "planetary", "--cores", "3", "--dry-run", "--config", "name=own"]) == 0

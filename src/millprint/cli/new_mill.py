@@ -9,9 +9,10 @@ It writes two files of yours: config/mills/NAME.yaml, the mill, and NAME.yaml, t
 """
 
 import argparse
+import math
 import re
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,7 +23,8 @@ from millprint.cli.engine import run_workflow
 from millprint.config.charge import fill_of
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
-from millprint.config.load import check_model, load_named, parse_yaml
+from millprint.config.included import included_mills
+from millprint.config.load import MILL_FOLDER, check_at, check_model, load_named, parse_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.rows import PLAIN
 from millprint.config.sweep import overridden
@@ -30,6 +32,8 @@ from millprint.config.wording import close_to
 from millprint.run.files import whole_file
 from millprint.run.machine import cores
 
+# Stands at the place of a value that is looked for.
+MARK = "MARK"
 KINDS = Path(__file__).with_name("mills")
 # A place of a template: `<default>`, `<name=default>` where the key of the line is another's name too, or `<=name>` for
 # the same value again.
@@ -121,6 +125,8 @@ def fractions(counts: list[float], volume_ml: float, diameter_mm: float) -> list
     """Fill ratios of numbers of balls; a value below 1 is one already. Raises ConfigError for too many balls."""
 
     def fill(number: float) -> float:
+        if number != int(number):
+            raise ConfigError(f"fill_ratios = {number:g}: must be less than 1, or a whole number of balls")
         return float(f"{fill_of({'number': number}, volume_ml, diameter_mm, 1.0, 'fill_ratios'):.4g}")
 
     return [fill(count) if count >= 1 else count for count in counts]
@@ -135,6 +141,28 @@ def mill_of(name: str, title: str, template: str, answers: dict[str, str]) -> Mi
     """The mill that the answers describe. Raises ConfigError, a line for each fault."""
     content = yaml.safe_load(head_of(name, title) + filled(template, answers))
     return check_model(content, MillConfig, "answers")
+
+
+def check_answer(template: str, question: Question, text: str) -> None:
+    """Raise ConfigError, in one line, for an answer that is beyond the limits of its key."""
+    others = {each.name: each.default or "1" for each in questions(template)}
+    marked = yaml.safe_load(filled(template, {**others, question.name: MARK}))
+    if question.name == "fill_ratios":
+        counts = yaml.safe_load(text)
+        fractions(counts, math.inf, 1.0)
+        # What numbers of balls fill follows with the volume: others in their places, no two alike.
+        text = str([count if count < 1 else 0.1 + place / 1000 for place, count in enumerate(counts)])
+    content = yaml.safe_load(head_of("mine", "mine") + filled(template, {**others, question.name: text}))
+    check_at(content, MillConfig, "answers", next(_places(marked)))
+
+
+def _places(content: object, place: tuple = ()) -> Iterator[tuple]:
+    """The paths of MARK in some data."""
+    if content == MARK:
+        yield place
+    items = enumerate(content) if isinstance(content, list) else content.items() if isinstance(content, dict) else ()
+    for key, value in items:
+        yield from _places(value, (*place, key))
 
 
 def completed(name: str, title: str, template: str, answers: dict[str, str], defaults: Collection[str] = ()) -> str:
@@ -176,8 +204,11 @@ def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
     about = mill_warnings({mill.name: mill})
     mill = mill.model_copy(update={"sweep": sweep_of(with_own_fills(mill, contact.density_kg_m3, "sweep"))})
     cases = mill_cases(mill, settings.mills.model_copy(update={"contact": contact.name}))
+    speed = ("speeds_hz", "Hz") if mill.sweep and mill.sweep.speeds_hz else ("speeds_rpm", "rpm")
     try:
-        found, seconds = check_cases(cases, mill, overridden(cases[0], mill, contact)[1], settings, f"mill {mill.name}")
+        found, seconds = check_cases(
+            cases, mill, overridden(cases[0], mill, contact)[1], settings, f"mill {mill.name}", speed
+        )
     except ConfigError as error:
         # The answers are kept: a value is quicker changed in the file than all are typed again.
         return [*about, *(f"{line}; a run refuses it: change it in the file" for line in str(error).splitlines())]
@@ -189,7 +220,6 @@ def warnings_of(mill: MillConfig, contact: ContactConfig) -> list[str]:
 def run_text(name: str, contact: str) -> str:
     """The text of the run's file, which names what was assumed."""
     from millprint.config.included import load_contact
-    from millprint.config.load import MILL_FOLDER
 
     assumed = (
         "assumed: steel balls with the powder of a thesis (NaBO2.4H2O and MgH2); yours is not known"
@@ -206,15 +236,44 @@ def run_text(name: str, contact: str) -> str:
     )
 
 
-def ask(question: Question) -> str:
-    """An answer of the terminal; empty for the default."""
-    shown = question.default or "from the dimensions"
+def ask(question: Question, template: str, kept: str = "") -> str:
+    """An answer of the terminal within the limits of its key; empty for the default; kept: what was answered before."""
+    shown = kept or question.default or "from the dimensions"
     while True:
         text = input(f"{question.name}: {question.means}\n  [{shown}] ").strip()
         try:
-            return answer(question, text) if text else ""
+            if text:
+                text = answer(question, text)
+                check_answer(template, question, text)
+            return text or kept
         except ConfigError as error:
             print(f"  {error}", file=sys.stderr)
+
+
+def name_asked() -> str:
+    """The name of the mill from the terminal, which no other one has."""
+    while True:
+        name = input("name: small letters, digits, _\n  [mine] ").strip() or "mine"
+        try:
+            check_name(name)
+            return name
+        except ConfigError as error:
+            print(f"  {error}", file=sys.stderr)
+
+
+def files_of(name: str) -> tuple[Path, Path]:
+    """The files of a mill and of its run."""
+    return Path(MILL_FOLDER) / f"{name}.yaml", Path(f"{name}.yaml")
+
+
+def check_name(name: str) -> None:
+    """Raise ConfigError, in one line, for a name that cannot be one, or that a mill has."""
+    check_at({"name": name}, MillConfig, "answers", ("name",))
+    for path in files_of(name):
+        if path.exists():
+            raise ConfigError(f"{path}: is there already; give another --name, or remove it")
+    if name in included_mills():
+        raise ConfigError(f"--name {name}: is the name of an included mill; give yours another")
 
 
 def settings_of(words: list[str], asked: list[Question]) -> dict[str, str]:
@@ -271,8 +330,7 @@ def main(arguments: list[str], name: str = "new") -> int:
     """Write the files of a mill, and draw it."""
     options = parse(arguments, name)
     from millprint.cli.estimate_condition import lines_of_mill
-    from millprint.config.included import included_mills, load_contact
-    from millprint.config.load import MILL_FOLDER
+    from millprint.config.included import load_contact
     from millprint.mill.bodies import build_bodies
     from millprint.mill.wall_words import walls_in_words
 
@@ -286,21 +344,23 @@ def main(arguments: list[str], name: str = "new") -> int:
     if options.list:
         print("\n".join(f"{each.name:<20} {each.default or '-':<20} {each.means}" for each in asked))
         return 0
-    own = options.name or ("mine" if quiet else input("name: small letters, digits, _\n  [mine] ").strip() or "mine")
+    own = options.name or ("mine" if quiet else name_asked())
+    check_name(own)
     title = options.title or ("" if quiet else input(f"title: its name in figures\n  [{own}] ").strip()) or own
     given = settings_of(options.set, asked)
-    if not quiet:
-        given = {each.name: text for each in asked if (text := ask(each))}
-    answers = {each.name: given.get(each.name, each.default) for each in asked}
+    mill_text = ""
+    while not mill_text:
+        if not quiet:
+            given = {each.name: text for each in asked if (text := ask(each, template, given.get(each.name, "")))}
+        answers = {each.name: given.get(each.name, each.default) for each in asked}
+        try:
+            mill_text = completed(own, title, template, answers, {each.name for each in asked} - set(given))
+        except ConfigError as error:
+            if quiet:
+                raise
+            print(f"  {error}\n  once more; an empty answer keeps what stands in brackets", file=sys.stderr)
     contact = contact_asked(options.contact, quiet)
-    mill_file, run_file = Path(MILL_FOLDER) / f"{own}.yaml", Path(f"{own}.yaml")
-    for path in (mill_file, run_file):
-        if path.exists():
-            raise ConfigError(f"{path}: is there already; give another --name, or remove it")
-    if own in included_mills():
-        raise ConfigError(f"--name {own}: is the name of an included mill; give yours another")
-    defaults = {each.name for each in asked} - set(given)
-    mill_text = completed(own, title, template, answers, defaults)
+    mill_file, run_file = files_of(own)
     mill = check_model(yaml.safe_load(mill_text), MillConfig, "answers")
     for line in warnings_of(mill, load_contact(contact)):
         print(f"warning: {line}", file=sys.stderr)

@@ -430,6 +430,16 @@ def check_model(content: object, model: type[Model], source: str | Sequence[str]
         raise ConfigError("\n".join(lines)) from None
 
 
+def check_at(content: object, model: type[BaseModel], source: str, place: tuple) -> None:
+    """Raise ConfigError with the first fault of the value at a path of keys, whatever else is wrong."""
+    try:
+        model.model_validate(content)
+    except ValidationError as error:
+        for fault in error.errors():
+            if _follow(model, fault["loc"])[1][: len(place)] == place:
+                raise ConfigError(_line(source, model, fault, [])) from None
+
+
 def read_part(path: str | Path, section: str, model: type[Model], whole: type[BaseModel] | None = None) -> Model:
     """Read a model from a YAML file of its own, or from the `section` of a configuration, whose other keys it leaves.
 

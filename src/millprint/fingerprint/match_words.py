@@ -5,7 +5,7 @@ Two mills: their descriptors side by side, and the conditions of one nearest to 
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import pandas as pd
@@ -172,14 +172,14 @@ def choices_in_words(
 
 def units_in_words(row: Mapping, target: Target) -> Iterator[str]:
     """A question for each number of a target that no setting comes near to, but would in another unit."""
+
+    def is_near(meant: float, found: float, factor: float) -> bool:
+        return abs(math.log(meant / found)) < math.log(factor)
+
     for name, value in target.values.items() if target.probability is None else ():
-        ratio, unit = row[f"{name}_ratio"], PREDICTED[name].unit
-        found = ratio * value
-        if abs(math.log(ratio)) > math.log(WRONG_UNIT) and (
-            asked := other_unit(
-                value, unit, lambda meant, found=found: abs(math.log(meant / found)) < math.log(RIGHT_UNIT)
-            )
-        ):
+        found, unit = value * row[f"{name}_ratio"], PREDICTED[name].unit
+        asked = other_unit(value, unit, partial(is_near, found=found, factor=RIGHT_UNIT))
+        if asked and not is_near(value, found, WRONG_UNIT):
             yield f"{compared_sign(name)} = {value:g} {unit}: {asked}"
 
 

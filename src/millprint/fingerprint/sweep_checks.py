@@ -1,14 +1,17 @@
 """Checks before a job starts: speeds compared with real machines (mill.speed_limits), and recorded counting rules."""
 
 import math
+import operator
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from millprint.cases.of_mill import place_of_sweep
 from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, mill_of
+from millprint.config.wording import other_unit
 from millprint.config.workflow import WorkflowConfig
 from millprint.mill.bodies import Body
 from millprint.mill.speed_limits import Bound, Pace, paces
@@ -131,7 +134,9 @@ def _lines(speeds: Sequence[tuple[SpeedSetting, Pace]], which: Literal["usual", 
         largest = pace.speed_at(bound, setting.ball_m)
         if setting.speed_hz > largest:
             fault = f"{pace.at_speed(setting.speed_hz)}; {bound.reason.format(speed=setting.up_to(largest))}"
-            lines.setdefault(setting.line, f"{setting.line}: {fault}")
+            usual = pace.speed_at(pace.bounds.usual, setting.ball_m) * PER_HZ[setting.unit]
+            asked = other_unit(setting.speed_hz * PER_HZ[setting.unit], setting.unit, partial(operator.gt, usual))
+            lines.setdefault(setting.line, f"{setting.line}: {fault}{asked and f'; {asked}'}")
     return list(lines.values())
 
 
