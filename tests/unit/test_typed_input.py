@@ -7,10 +7,11 @@ import trimesh
 
 from millprint.checks.before_running import mill_warnings
 from millprint.cli.new_mill import completed, questions, read_template
+from millprint.config.card import Experiment
 from millprint.config.checks import check_given_once
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_mill
-from millprint.config.load import file_of_key, load_named, parse_yaml
+from millprint.config.load import check_model, file_of_key, load_named, parse_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.wording import SAME_KIND, converted, list_words
 from tests.refusals import refusal, refusals
@@ -40,6 +41,25 @@ def test_a_value_as_people_write_it(folder, old, new, parts):
     assert old in MILL
     line = refused(folder, MILL.replace(old, new).encode())
     assert all(part in line for part in parts), line
+
+
+@pytest.mark.parametrize(("content", "part"), refusals("a_card_as_people_write_it"))
+def test_a_card_as_people_write_it(content, part):
+    with pytest.raises(ConfigError) as caught:
+        check_model(content, Experiment, "card.yaml")
+    assert part in str(caught.value)
+
+
+def test_arms_that_catch_balls_are_told():
+    mill = load_mill("attritor")
+    high = [
+        insert.model_copy(update={"geometry": insert.geometry.model_copy(update={"bottom_mm": 12.0})})
+        if getattr(insert.geometry, "bottom_mm", 99) < 12 else insert
+        for insert in mill.inserts
+    ]  # fmt: skip
+    assert not mill_warnings({"attritor": mill})
+    (line,) = mill_warnings({"attritor": mill.model_copy(update={"inserts": high})})
+    assert "bottom_mm = 12" in line and line.endswith("write less than 7")
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ and the modules of further checks as arguments. Its exit status is 1 if anything
 """
 
 import json
+import math
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -16,7 +17,7 @@ from millprint.config.checks import collect_cases, stop_on_bad_input
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.load import MILL_FOLDER
-from millprint.config.mill import MillConfig
+from millprint.config.mill import MillConfig, PaddlesGeometry
 from millprint.config.motion_kinds import PlanetaryMotion
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
@@ -31,7 +32,7 @@ from millprint.fingerprint.sweep_checks import (
     speed_warnings,
     with_paces,
 )
-from millprint.mill.bodies import build_bodies
+from millprint.mill.bodies import Body, build_bodies
 from millprint.mill.wall_words import drawn_in_words, off_axis_in_words
 from millprint.validation.measured import check_validation
 
@@ -110,8 +111,8 @@ def check_before_running(
 def mill_warnings(mills: dict[str, MillConfig]) -> list[str]:
     """A line for each planetary mill whose jar turns in the sense of its wheel, or reaches over the wheel's axis.
 
-    Further: for each mill of which a round wall of a file stays as it is drawn, or that turns about another axis than
-    its own.
+    Further: for each mill of which a round wall of a file stays as it is drawn, that turns about another axis than its
+    own, or whose arms catch balls.
     """
     found = []
     for name, mill in mills.items():
@@ -120,6 +121,7 @@ def mill_warnings(mills: dict[str, MillConfig]) -> list[str]:
         for body, shape in zip(bodies, shapes, strict=True):
             if not shape.faceted and (words := drawn_in_words(body.vessel)):
                 found.append(f"{body.vessel.name}: {words}")
+        found += caught_balls(mill, bodies[0])
         place, motion = f"{MILL_FOLDER}/{name}.yaml: motion", mill.motion
         if words := off_axis_in_words(bodies[0], motion):
             found.append(f"{place}: {words}")
@@ -137,6 +139,21 @@ def mill_warnings(mills: dict[str, MillConfig]) -> list[str]:
                 "which thus reaches over the axis of the wheel; is a digit missing?"
             )
     return found
+
+
+def caught_balls(mill: MillConfig, vessel: Body) -> list[str]:
+    """A line for a mill whose lowest arms are so high above the floor that a ball of its sweep gets below them."""
+    arms = {insert.geometry.bottom_mm: insert.name for insert in mill.inserts
+            if isinstance(insert.geometry, PaddlesGeometry)}  # fmt: skip
+    sizes = (mill.sweep.ball_diameters_mm if mill.sweep else None) or []
+    smallest = min((size for size in sizes if isinstance(size, float)), default=math.inf)
+    bottom, floor = min(arms, default=-math.inf), 1e3 * vessel.vessel.bounds[0, 2]
+    if bottom - floor < smallest:
+        return []
+    return [
+        f"{MILL_FOLDER}/{mill.name}.yaml: inserts: {arms[bottom]}: bottom_mm = {bottom:g}: balls of {smallest:g} mm "
+        f"get below the arms, and one that just fits is caught there; write less than {floor + smallest:g}"
+    ]
 
 
 def card_cases(table: CaseTable) -> dict[str, tuple[SpeedSetting, list[Case]]]:

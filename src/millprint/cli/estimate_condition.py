@@ -56,7 +56,9 @@ TOLD = {
     "weighted_tangential_energy_J": "a strong shear, E*t",
     "weighted_tangential_frequency_hz": "such shears of a ball, f*t",
 }
-UNSURE = "told worse than the atlas is meant to, simulate it (millprint card)"
+# The mark of a number that the atlas tells worse than it is meant to, and what it means.
+UNSURE = "(*)"
+UNSURE_MEANS = f"{UNSURE}: worse known than most; simulate it (millprint card)"
 DIMENSIONS = {own.name: own for kind in KINDS.values() for own in kind.dimensions}
 
 
@@ -186,9 +188,8 @@ def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[st
         value = found.known[name]
         factor, unit = prefix_of(value.value, value.unit)
         ends = " to ".join(three(factor * end) for end in value.ends("scatter"))
-        lines.append(f"  {words:<28} {three(factor * value.value):>8} {unit:<5} ({ends}){compared.get(name, '')}")
-    if unsure := [words for name, words in rows.items() if name in found.unsure]:
-        lines.append(f"  {UNSURE}: {'; '.join(unsure)}")
+        mark = f" {UNSURE}" if name in found.unsure else ""
+        lines.append(f"  {words:<28} {three(factor * value.value):>8} {unit:<5} ({ends}){mark}{compared.get(name, '')}")
     power = found.known["wall_power_W"].value
     lines.append(f"  {'power per mass of balls':<28} {quantity(power / found.charge_kg, 'W/kg')}")
     if found.hits >= HITS:
@@ -196,6 +197,11 @@ def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[st
         share = shear / (shear + found.known["normal_power_W"].value)
         lines.append(f"  {'share of shear':<28} {100 * share:.0f} %; hits: {100 * found.hits:.0f} % likely")
     return lines
+
+
+def with_marks_told(lines: list[str]) -> list[str]:
+    """Lines, and at their end what UNSURE means where one has it."""
+    return [*lines, UNSURE_MEANS] if any(UNSURE in line for line in lines) else lines
 
 
 def exponent_lines(found: MillEstimate) -> list[str]:
@@ -286,7 +292,11 @@ def lines_of_mill(mill: MillConfig, contact: ContactConfig) -> list[str]:
 
     known = recognise(mill)
     try:
-        return sweep_lines(*known, mill, contact, 1) if known and known[0].name in included_models() else []
+        return (
+            with_marks_told(sweep_lines(*known, mill, contact, 1))
+            if known and known[0].name in included_models()
+            else []
+        )
     except ConfigError:
         return []
 
@@ -334,4 +344,8 @@ def main(arguments: list[str], name: str = "estimate") -> None:
     else:
         found = estimate(kind, condition_of(kind, dimensions, asked, contact))
         lines = [*told(found, fingerprint), *(exponent_lines(found) if options.exponents else [])]
-    print(f"{mill.title}, balls and walls: {contact.name}; 90 % intervals of one simulation", *lines, sep="\n")
+    print(
+        f"{mill.title}, balls and walls: {contact.name}; 90 % intervals of one simulation",
+        *with_marks_told(lines),
+        sep="\n",
+    )

@@ -82,19 +82,28 @@ def match_any(options: argparse.Namespace) -> None:
     table = shipped(MAKERS)
     made = makers_mills(table, kinds) if table else []
     mills, of_kinds = _mills(options.fingerprints, made, kinds), fastest_of_kinds(made)
-    sizes, found = [float(size) for size in options.balls or SOLD_MM], []
-    for mill in mills:
-        model = models[mill["kind"]]
-        # Without a limit of the machine or of the user, what makers' mills of the kind reach.
-        reached = math.inf if options.speeds else of_kinds.get(mill["kind"], math.inf)
-        low, high = (rpm / 60 for rpm in options.speeds or (0.0, math.inf))
-        speeds_hz = low, min(high, mill["fastest_hz"] or reached)
-        own = nearest_settings(mill["title"], model, mill["dimensions"], balls_of(contact), sizes, wanted, speeds_hz)
-        found += ranked(own, request.near_percent)[:PER_MILL]
+    sizes = [float(size) for size in options.balls or SOLD_MM]
+
+    def search(low_hz: float, high_hz: float) -> list[Found]:
+        found: list[Found] = []
+        for mill in mills:
+            # Without a limit of the machine or of the user, what makers' mills of the kind reach.
+            reached = math.inf if options.speeds else of_kinds.get(mill["kind"], math.inf)
+            speeds_hz = low_hz, min(high_hz, mill["fastest_hz"] or reached)
+            own = nearest_settings(
+                mill["title"], models[mill["kind"]], mill["dimensions"], balls_of(contact), sizes, wanted, speeds_hz
+            )
+            found += ranked(own, request.near_percent)[:PER_MILL]
+        return found
+
+    low, high = options.speeds or (0.0, math.inf)
+    found = search(low / 60, high / 60)
     if not found:
-        raise ConfigError(
-            "--any: no mill has settings that the atlas knows for these balls and speeds; leave out --balls, --speeds"
-        )
+        left_out = [f"--{name}" for name in ("balls", "speeds") if getattr(options, name)]
+        hint = f"; leave out {', '.join(left_out)}" if left_out else ""
+        if options.speeds and search(low, high):
+            hint = f"; are the speeds in Hz? Write --speeds {low:g}Hz {high:g}Hz"
+        raise ConfigError(f"--any: no mill has settings that the atlas knows for these balls and speeds{hint}")
     found = ranked(found, request.near_percent)[: request.ranked]
     table = pd.DataFrame([_row(own, request.near_percent, options.hours or 1.0) for own in found])
     met = (table["verdict"] == AGREES).sum()

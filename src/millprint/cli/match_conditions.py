@@ -186,6 +186,10 @@ def parse(arguments: list[str], name: str) -> argparse.Namespace:
         parser.error("--any: say what is to be met: --like MILL SPEED BALLS FILL")
     if options.card is None and not options.fingerprints and not options.any:
         parser.error("name a mill, or give --from CARD --to MILL, or --any --like MILL SPEED BALLS FILL")
+    if not (options.card or options.like or options.energies or options.frequency or options.request):
+        parser.error(
+            "say what is to be met: --like MILL SPEED BALLS FILL, --energies NORMAL TANGENTIAL, or --request FILE"
+        )
     others = ("fingerprints", "request", "energies", "frequency", "like")
     if options.card and (given := [name for name in others if getattr(options, name)]):
         parser.error(f"--from CARD: is a target of its own; leave out {', '.join(given)}")

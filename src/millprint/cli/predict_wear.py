@@ -13,6 +13,7 @@ from millprint.cli.commands import parser_of
 from millprint.config.arguments import check_written, value_of_key
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.config.errors import ConfigError
+from millprint.config.included import SOURCES
 from millprint.run.files import write_table
 
 SHOWN = {
@@ -38,7 +39,7 @@ def main(arguments: list[str], name: str = "wear") -> None:
     parser.add_argument("--hours", type=value_of_key(ChargeConfig, "time_h"), required=True, help="milling time [h]")
     parser.add_argument("--material", action="append", help="of balls and jar; left out: all of the table")
     parser.add_argument("--coefficient", default="results/dose/wear_coefficient.json", help="fitted coefficient")
-    parser.add_argument("--materials", default=defaults.materials, help="table of materials")
+    parser.add_argument("--materials", default=SOURCES.find(defaults.materials), help="table of materials")
     parser.add_argument("--out", help="TSV for the whole table")
     options = parser.parse_args(arguments)
     import pandas as pd
@@ -51,6 +52,11 @@ def main(arguments: list[str], name: str = "wear") -> None:
     for name in options.material or []:
         if name not in materials.index:
             raise ConfigError(f"--material {name}: not in {options.materials}; it has {', '.join(materials.index)}")
+    if not Path(options.coefficient).exists():
+        raise ConfigError(
+            f"{options.coefficient}: no such file; `snakemake --cores 2 dose` in the project's folder fits it: name "
+            "its file by --coefficient FILE"
+        )
     result = read_coefficient(options.coefficient)
     paths = [(str(Path(run) / "run.h5"), str(Path(run) / "summary.json")) for run in options.runs]
     conditions = mean_conditions(tabulate_sliding(paths))

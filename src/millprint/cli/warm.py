@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from millprint.cli.commands import parser_of
-from millprint.config.arguments import value_of_key
+from millprint.config.arguments import card_folder, value_of_key
 from millprint.config.dose import BodyName, HeatConfig, JarSection
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
@@ -51,12 +51,13 @@ def balance_of_1_W(condition: Condition, settings: WarmSettings) -> Balance:
 def main(arguments: list[str], name: str = "warm") -> None:
     """Print the power, the prediction and the verdict."""
     parser = parser_of(name, __doc__)
-    parser.add_argument("card", type=Path, help="folder of `millprint card`")
+    parser.add_argument("card", type=card_folder, help="folder of `millprint card`")
     parser.add_argument("readings", type=Path, help="table with time and temperature")
     for option, text in FLOAT_OPTIONS.items():
         parser.add_argument(
-            f"--{option.replace('_', '-')}", dest=option, type=value_of_key(WarmSettings, option), help=text
-        )
+            f"--{option.replace('_', '-')}", dest=option, type=value_of_key(WarmSettings, option), help=text,
+            required=WarmSettings.model_fields[option].is_required(),
+        )  # fmt: skip
     parser.add_argument("--cooling", choices=["still_air", "moving_air", "water"], help="what cools the jar")
     parser.add_argument("--body", choices=get_args(BodyName), help="what the thermometer touches (default: jar)")
     add_options(parser)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from millprint.cli.commands import parser_of
-from millprint.config.arguments import value_of_key
+from millprint.config.arguments import card_folder, value_of_key
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.own_machine.settings import WattSettings, add_options, given
@@ -37,7 +37,7 @@ def blocks_of(path: Path) -> np.ndarray:
 def main(arguments: list[str], name: str = "watt") -> None:
     """Print the difference, the power in the balls, the prediction and the verdict."""
     parser = parser_of(name, __doc__)
-    parser.add_argument("card", type=Path, help="folder of `millprint card`")
+    parser.add_argument("card", type=card_folder, help="folder of `millprint card`")
     parser.add_argument("loose", type=Path, help="table of the power with loose balls")
     parser.add_argument("fixed", type=Path, help="table of the power with fixed balls")
     share, ends = value_of_key(WattSettings, "efficiency_low"), ("LOW", "HIGH")

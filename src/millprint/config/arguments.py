@@ -26,7 +26,8 @@ def value_of(key: str, kind: Any) -> Callable[[str], Any]:
         try:
             return adapter.validate_python(word)
         except ValidationError as error:
-            raise ArgumentTypeError(readable(f"{word!r}: {in_words(error.errors()[0], key)}")) from None
+            words = in_words(error.errors()[0], key)
+            raise ArgumentTypeError(readable(words if repr(word) in words else f"{word!r}: {words}")) from None
 
     # What argparse calls the value.
     read.__name__ = key
@@ -37,6 +38,13 @@ def value_of_key(section: type[Section], key: str) -> Callable[[str], Any]:
     """What reads a word that stands for a key of a section, as `value_of`."""
     field = section.model_fields[key]
     return value_of(key, Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation)
+
+
+def card_folder(word: str) -> Path:
+    """The folder of a card, for `type` of argparse."""
+    if not Path(word).exists():
+        raise ArgumentTypeError(f"{word}: no such card; give the folder that `millprint card` wrote")
+    return Path(word)
 
 
 def check_written(written: str | Path | None, *read: str | Path) -> None:

@@ -19,6 +19,7 @@ from millprint.config.section import (
     Section,
     first_repeated,
 )
+from millprint.config.wording import number_words
 
 if TYPE_CHECKING:
     import numpy as np
@@ -123,7 +124,10 @@ def _number_or_name(balls: Any) -> Any:
     except (TypeError, ValueError):
         if isinstance(balls, str) and re.fullmatch(NAME_PATTERN, balls):
             return balls
-        raise ValueError(f"{balls!r}: must be a ball diameter [mm], or the name of a charge of several sizes") from None
+        meant = (
+            number_words(balls, "ball_diameter_mm") if re.match(r"\s*[\d.]", str(balls)) else "must be a diameter [mm]"
+        )
+        raise ValueError(f"{balls!r}: {meant}; or the name of a charge of several sizes") from None
     return number
 
 
@@ -201,6 +205,13 @@ def fill_from(
     return value * packing_fraction if measure == "bulk_filling" else value
 
 
+def too_much_words(measure: str, given: float, fill: float) -> str:
+    """That a charge is more than a jar holds, and how much it does; fill: the charge's fill ratio."""
+    most = given * PACKING_FRACTION / fill
+    full = f"{most:.0f}" if measure == "number" else f"{most:.3g}"
+    return f"such balls have {fill:.3g} of the jar's volume; it is full with about {full}"
+
+
 class ChargeSection(Section):
     """How many balls, in one of four ways."""
 
@@ -230,7 +241,7 @@ class ChargeSection(Section):
         given = getattr(self, measure)
         fill = fill_from(measure, given, volume_ml, diameter_mm, density_kg_m3, self.packing_fraction)
         if fill >= 1:
-            raise ValueError(f"{measure} = {given:g}: such balls have {fill:.3g} of the jar's volume")
+            raise ValueError(f"{measure} = {given:g}: {too_much_words(measure, given, fill)}")
         return fill
 
     @property

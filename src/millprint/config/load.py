@@ -160,9 +160,11 @@ def _in_words(error: Exception, text: str) -> str:
 
 
 def _check_commas(text: str, path: str | Path) -> None:
-    """Refuse a list of numbers with decimal commas, which YAML reads as twice as many whole numbers."""
+    """Refuse numbers with decimal commas in brackets or braces, which YAML reads as two whole numbers each."""
     for number, line in enumerate(text.split("\n"), start=1):
-        if found := re.search(r"\[ *-?\d+,\d+(, +-?\d+,\d+)+ *\]", line.partition(" #")[0]):
+        text_of = line.partition(" #")[0]
+        found = re.search(r"\[ *-?\d+,\d+(, +-?\d+,\d+)+ *\]", text_of)
+        if found := found or re.search(r"(?<=: )-?\d+,\d+(?= *[,}])", text_of if "{" in text_of else ""):
             meant = re.sub(r"(\d),(\d)", r"\1.\2", found[0])
             raise ConfigError(f"{path}: line {number}: {line.strip()}: has decimal commas; write {meant}")
 
@@ -283,6 +285,8 @@ def check_paths(section: Section, source: str) -> None:
             raise ConfigError(f"{source}: {key} = {value!r}: must be the path of a file inside the project")
 
 
+# How alike a key is to the one that it is a slip of.
+SAME_WORD = 0.85
 # Faults that are shown: a list of a wrong type has one for each of its items.
 MOST_FAULTS = 20
 # The value of a key that is missing.
@@ -391,6 +395,8 @@ def _nearest(key: str, missing: Sequence[str], known: Sequence[str]) -> str:
     """A hint to the key that was meant: the only one that is missing, or one of a similar name; empty otherwise."""
     # A key without its unit, such as speed, is nearer to speed_rpm than to seeds.
     close: Sequence[str] = [name for name in known if name.startswith(f"{key}_")]
+    # What differs by a letter or two is meant before the only key that is missing.
+    close = close or difflib.get_close_matches(key, known, n=1, cutoff=SAME_WORD)
     close = close or (missing if len(missing) == 1 else difflib.get_close_matches(key, known, n=1))
     if not close:
         return ""

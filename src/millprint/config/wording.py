@@ -162,6 +162,11 @@ def _section(error: ErrorDetails, key: str) -> str:
     return f"must be a section, with keys of its own in the lines below {key}"
 
 
+def _one_text(value: Any) -> str:
+    """A value as a text in quotes; of a list its items."""
+    return f'"{", ".join(map(str, value))}"' if isinstance(value, list) else repr(str(value))
+
+
 WORDS: dict[str, Callable[[ErrorDetails, str], str]] = {
     "float_parsing": _number,
     "float_type": _number,
@@ -174,7 +179,7 @@ WORDS: dict[str, Callable[[ErrorDetails, str], str]] = {
     "string_type": lambda error, key: (
         "must be a text, and nothing stands there; # begins a comment, so put a text with # in quotes"
         if error["input"] is None
-        else f"must be a text; write it in quotes, {str(error['input'])!r}"
+        else f"must be a text; write it in quotes, {_one_text(error['input'])}"
     ),
     "list_type": lambda error, key: list_words(error["input"]),
     "tuple_type": lambda error, key: list_words(error["input"]),

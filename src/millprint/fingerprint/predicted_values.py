@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from millprint.config.charge import MEASURES, fill_from
+from millprint.config.charge import MEASURES, fill_from, too_much_words
 from millprint.config.errors import ConfigError
 from millprint.estimate.estimates import Estimate, Interval, columns_of, known_ends, parts_of
 from millprint.fingerprint.plausible import check_near
@@ -60,7 +60,7 @@ def conditions_of(table: pd.DataFrame, about: Mapping[str, Any], one: bool = Fal
     volume_ml, diameter_mm = 1e6 * about["volume_m3"], 1e3 * found["ball_diameter_m"]
     fill = fill_from(measure, values[measure], volume_ml, diameter_mm, built["density_kg_m3"])
     for row in np.flatnonzero(fill >= 1)[:1]:
-        raise fault_of(row, measure, f"such balls have {fill[row]:.3g} of the jar's volume")
+        raise fault_of(row, measure, too_much_words(measure, values[measure][row], fill[row]))
     return Condition(fill_ratio=fill, **found, **built)
 
 
