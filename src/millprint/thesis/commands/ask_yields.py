@@ -29,7 +29,9 @@ def check_table(path: str) -> None:
     from millprint.thesis.yields.features import NORMAL
 
     if Path(path).suffix == ".json":
-        raise ConfigError(f"{path}: is not a table; write the model first: millprint yields MODEL.json TABLE.tsv OUT.tsv")
+        raise ConfigError(
+            f"{path}: is not a table; write the model first: millprint yields MODEL.json TABLE.tsv OUT.tsv"
+        )
     names = read_table(path)
     if NORMAL not in names and "fill_ratio" in names:
         raise ConfigError(
