@@ -44,8 +44,8 @@ def test_an_interrupted_run_ends_when_snakemake_has_tidied_up(tmp_path):
     """It takes more than the quarter of a second after which Python's `subprocess.run` kills it."""
     program = """
 import pathlib, sys, time
-pathlib.Path("begun").touch()
 try:
+    pathlib.Path("begun").touch()
     time.sleep(60)
 except KeyboardInterrupt:
     time.sleep(1)
