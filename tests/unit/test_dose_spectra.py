@@ -54,7 +54,7 @@ def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 
     case = {"ball_diameter_m": 0.01, "fill_ratio": fill, "speed_hz": 10.0, "seed": seed}
     return str(path), {
         "mill": "emax", "contact": "steel", "case": case, "frequency_hz": 10.0, "density_kg_m3": 7700.0,
-        "amplitude_m": 0.017,
+        "amplitude_m": 0.017, "balls": 2, "ball_diameter_m": 0.01,
         "power_W": {"normal": table["normal_J"].sum() / WINDOW, "tangential": tangential / WINDOW},
         "collisions": [RULE, MERGING, HARD],
     }  # fmt: skip
@@ -193,6 +193,14 @@ def test_what_cannot_be_read_is_one_line(two_kinds):
         with pytest.raises(MillprintError, match=part) as caught:
             tabulate_spectra(runs, [rule], EDGES)
         assert "\n" not in str(caught.value)
+
+
+def test_balls_that_rest_have_no_power_but_rounding(tmp_path):
+    """Two balls in a slow mill: contacts and ledger differ, and both are nothing beside hits by the wall."""
+    path, summary = write(tmp_path / "run.h5", contacts(2, 1e-21, 0.0))
+    summary["power_W"]["normal"] *= 0.7
+    _, table = tabulate_spectra([(path, summary)], ["lifetimes"], EDGES)
+    assert rows(table, channel="normal", pair="both")["error_percent"].tolist() == [0.0]
 
 
 def test_median_of_weighted_values():

@@ -21,6 +21,7 @@ import pandas as pd
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.errors import ConfigError, MillprintError
 from millprint.dem.collisions import ROUNDING
+from millprint.dem.turns import scale_of_hits
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
 from millprint.fingerprint.readers import Contacts, collisions_by, read_contacts
 from millprint.observables.counted_collisions import BOTH, CHANNELS, PAIRS
@@ -138,7 +139,12 @@ def _condition_tables(
             row["power_share"] = row["power_W"] / whole["power_W"] if whole["power_W"] else 0.0
         stored = stored if channel == "tangential" else 0.0
         difference = whole["power_W"] + dropped - stored - ledger
-        rounding = ROUNDING * sum(abs(summary["power_W"][name]) for _, summary, _ in runs for name in CHANNELS) / seeds
+        # Also of hits by the speed of the wall: next to their power, balls that rest have none.
+        powers = [
+            scale_of_hits(summary) * summary["frequency_hz"] + sum(abs(summary["power_W"][name]) for name in CHANNELS)
+            for _, summary, _ in runs
+        ]
+        rounding = ROUNDING * sum(powers) / seeds
         whole |= {
             "dropped_W": dropped,
             "stored_W": stored,
