@@ -197,6 +197,17 @@ def test_seeds_that_differ_more_than_their_windows_widen_the_interval():
     assert wide["specific_frequency_hz"].new == pytest.approx(narrow["specific_frequency_hz"].new)
 
 
+@pytest.mark.filterwarnings("error")
+def test_turns_without_an_impact_leave_the_bands_that_they_tell_nothing_of():
+    """All collisions are in the first turn, so that without it there are none."""
+    (window,) = windows(np.random.default_rng(3), 1, 8)
+    quiet = window.totals * [[1.0] * 8, *[[1, 1, 1, 1, 1, 0, 0, 0]] * 7]
+    slid = quiet * [[1.0] * 8, *[[0, 1, 1, 0, 1, 0, 0, 0]] * 7]
+    for totals, lost in ((quiet, "normal_energy_J"), (slid, "weighted_normal_frequency_hz")):
+        found, _ = jackknife(Window(totals, 0.1, 24, True))
+        assert lost not in found and np.isfinite(list(found.values())).all() and "tangential_power_W" in found
+
+
 def test_one_turn_of_one_seed_has_no_interval():
     (window,) = windows(np.random.default_rng(3), 1, 1)
     assert jackknife(window) == ({}, 0)

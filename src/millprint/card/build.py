@@ -128,20 +128,25 @@ def _per_turn(collisions: pd.DataFrame, begin_s: float, turn_s: float, number: i
     return np.bincount(place[(place >= 0) & (place < number)], minlength=number).astype(float)
 
 
+def _mean_of(total: np.ndarray, over: np.ndarray) -> np.ndarray:
+    """total / over of collisions; 0 without any."""
+    return np.divide(total, over, out=np.zeros_like(total), where=over > 0)
+
+
 def descriptors_of_totals(totals: np.ndarray, time_s: np.ndarray | float, balls: int) -> dict[str, np.ndarray]:
     """Observables from sums of TOTALS (..., 8) over a time [s]."""
     normal, tangential, count = (totals[..., place] for place in (NORMAL, TANGENTIAL, COUNT))
-    normal_mean, tangential_mean = totals[..., NORMAL_SQUARE] / normal, totals[..., TANGENTIAL_SQUARE] / tangential
+    normal_square, tangential_square = totals[..., NORMAL_SQUARE], totals[..., TANGENTIAL_SQUARE]
     return with_power(
         {
-            "weighted_normal_energy_J": normal_mean,
-            "weighted_tangential_energy_J": tangential_mean,
-            "weighted_normal_frequency_hz": normal / normal_mean / time_s / balls,
-            "weighted_tangential_frequency_hz": tangential / tangential_mean / time_s / balls,
+            "weighted_normal_energy_J": _mean_of(normal_square, normal),
+            "weighted_tangential_energy_J": _mean_of(tangential_square, tangential),
+            "weighted_normal_frequency_hz": _mean_of(normal**2, normal_square) / time_s / balls,
+            "weighted_tangential_frequency_hz": _mean_of(tangential**2, tangential_square) / time_s / balls,
             "strong_frequency_hz": totals[..., STRONG] / time_s / balls,
             "collisions_of_a_ball_hz": totals[..., TAKEN_PART] / time_s / balls,
-            "normal_energy_J": normal / count,
-            "tangential_energy_J": tangential / count,
+            "normal_energy_J": _mean_of(normal, count),
+            "tangential_energy_J": _mean_of(tangential, count),
             "specific_frequency_hz": count / time_s / balls,
             "normal_power_W": normal / time_s,
             "tangential_power_W": tangential / time_s,
