@@ -10,7 +10,7 @@ from millprint.config.motion_kinds import MotionSection
 from millprint.mill.bodies import Body
 from millprint.mill.borders import borders_of
 from millprint.mill.vessel import Vessel
-from millprint.run.numbers import plain
+from millprint.run.numbers import counted, plain
 
 # Flat facets look round where more than this number follow each other with turns of less than 20 degrees [rad].
 FEW_FACETS = 8
@@ -18,11 +18,6 @@ ROUND_TURN = np.radians(20)
 LEAST_TURN = 1e-3
 # A vessel turns about its own axis within this share of its radius, and within this angle [rad].
 OFF_AXIS, SLANT = 0.02, np.radians(1)
-
-
-def _many(number: int, word: str) -> str:
-    plural = {"torus": "tori"}.get(word, f"{word}s")
-    return f"{number} {word if number == 1 else plural}"
 
 
 def _discs(vessel: Vessel) -> np.ndarray:
@@ -46,9 +41,9 @@ def _counted(vessels: Iterable[Vessel]) -> str:
         flat += int((vessel.facet_curves < 0).sum())
         drawn += int((round_facets(vessel) > 0).sum())
     counts = [(surfaces.count(kind), kind) for kind in ("cylinder", "cone", "sphere", "torus")]
-    exact = ", ".join(_many(number, word) for number, word in [*counts, (discs, "disc")] if number)
+    exact = ", ".join(counted(number, word) for number, word in [*counts, (discs, "disc")] if number)
     rest = [(flat - discs - drawn, "flat wall"), (drawn, "flat facet")]
-    told = ", ".join(_many(number, word) for number, word in rest if number) + " of round walls" * (drawn > 0)
+    told = ", ".join(counted(number, word) for number, word in rest if number) + " of round walls" * (drawn > 0)
     return "; ".join(filter(None, (exact, told)))
 
 

@@ -29,6 +29,12 @@ def plain(value: float) -> str:
     return f"{float(f'{value:.3g}'):g}"
 
 
+def counted(number: int, word: str) -> str:
+    """A number of things: 1 ball, 24 balls, 2 tori."""
+    plural = {"torus": "tori"}.get(word, f"{word}s")
+    return f"{number} {word if number == 1 else plural}"
+
+
 def prefix_of(value: float, unit: str) -> tuple[float, str]:
     """The factor and the unit that give a value, rounded to three digits, one to three digits before the point.
 

@@ -16,12 +16,14 @@ from millprint.config.errors import ConfigError
 from millprint.config.mill import MillConfig
 from millprint.config.motion_kinds import MOTIONS
 from millprint.config.view import ViewConfig
+from millprint.fingerprint.mill_sheet import shown_speed
 from millprint.mill.bodies import Body, build_bodies
 from millprint.mill.creases import nearest_on_circle
 from millprint.mill.curved_surfaces import touch_points
 from millprint.mill.drawn_creases import crease_feet, crease_rows
 from millprint.mill.wall_words import round_triangles, walls_in_words
 from millprint.run.hdf5 import open_hdf5
+from millprint.run.numbers import counted
 
 PER_BALL = ("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")
 PER_CONTACT = ("contact_first", "contact_second")
@@ -396,7 +398,7 @@ class Stage:
         # GIF delays are multiples of 0.01 s.
         delay_ms = 10 * round(100 / frames_per_second)
         return Movie(
-            heading=f"{mill['title']}\n{balls}, {60 * case['speed_hz']:g} rpm",
+            heading=f"{mill['title']}\n{balls}, {shown_speed(mill.get('speed_unit', 'rpm'), case['speed_hz'])}",
             speed_max_m_s=max(float(frame.pictures[0].speed_m_s.max()) for frame in frames),
             delay_ms=delay_ms,
             slow_motion=delay_ms / 1e3 / interval_s if interval_s else 1.0,
@@ -428,7 +430,7 @@ def balls_in_words(radius_m: np.ndarray, mixture: dict | None) -> str:
     """The balls of a run for a heading: their number and size or, for a mixture, its name and range of sizes."""
     smallest, largest = 2 * MM * radius_m.min(), 2 * MM * radius_m.max()
     sizes = f"{smallest:g} mm" if mixture is None else f"{mixture['name']}, {smallest:g} to {largest:g} mm"
-    return f"{len(radius_m)} balls of {sizes}"
+    return f"{counted(len(radius_m), 'ball')} of {sizes}"
 
 
 def frequency_of(config: dict) -> float:
