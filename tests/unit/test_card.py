@@ -3,22 +3,32 @@
 import json
 import re
 
+import h5py
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from tools.write_reference import card_schema_text
 
-from millprint.card.build import Window, descriptors_of_totals, jackknife, spread
+from millprint.card.build import Window, describe_runs, descriptors_of_totals, jackknife, spread
 from millprint.card.card_files import bibtex, escape, latex_table, methods_paragraph
 from millprint.card.card_model import CardFingerprint, MillingCard
-from millprint.card.read import match_card, read_card
+from millprint.card.read import CardSettings, Runs, match_card, read_card
 from millprint.config.errors import ConfigError
 from millprint.config.fingerprint import SearchConfig
 from millprint.config.sweep import ball_count
 from millprint.run.numbers import NOT_KNOWN, plain, prefix_of, three
 from tests.refusals import refusal
-from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, ROLLING, VOLUME, WEIGHTED_OVER_MEAN, fingerprint, true_curves
+from tests.unit.synthetic_mill import (
+    AMPLITUDE,
+    DENSITY,
+    ROLLING,
+    VOLUME,
+    WEIGHTED_OVER_MEAN,
+    fingerprint,
+    summary,
+    true_curves,
+)
 
 GAP = 0.03
 
@@ -252,6 +262,46 @@ def test_the_methods_paragraph_has_the_cards_numbers(written):
     # Without powder there is no dose, and no sentence on it.
     bare = MillingCard(**{**card_content(), "powder": None, "programme": None})
     assert "powder" not in methods_paragraph(bare)
+
+
+def test_of_several_motions_the_texts_have_the_numbers_of_each(written):
+    content = card_content()
+    assert "in brackets" in methods_paragraph(read_card(written(content)))
+    for name, own in content["fingerprint"]["descriptors"].items():
+        content["fingerprint"]["descriptors"][name] = {
+            "value": own["value"], "unit": "W", "motions": [1.5 * own["value"], 0.1 * own["value"]]
+        }  # fmt: skip
+    card = read_card(written(content))
+    power = card.fingerprint.descriptors.wall_power_W
+    factor, _ = prefix_of(power.value, power.unit)
+    for text in (methods_paragraph(card), latex_table(card)):
+        assert three(factor * power.value) not in text and "in brackets" not in text
+        assert all(three(factor * share * power.value) in text for share in (1.5, 0.1))
+
+
+def test_a_card_has_the_numbers_of_each_lasting_motion_and_the_runs_of_the_first(tmp_path):
+    runs = [summary(0.10, seed=seed, noise=noise, error=1e-4) for seed, noise in enumerate((2.0, 0.0, 0.001))]
+    paths = [str(tmp_path / f"{seed}.h5") for seed in range(3)]
+    for path in paths:
+        with h5py.File(path, "w") as file:
+            file.create_group("collisions")
+    found, _, against, first = describe_runs(Runs(runs, paths), CardSettings(counting_rule="gap_0_03"), None)
+    powers = [own["power_W"]["wall"] for own in runs]
+    assert found.wall_power_W.values == pytest.approx((np.mean(powers[1:]), powers[0]))
+    assert first.paths == paths[1:] and "several motions last" in against[-1]
+    # Alike in all motions: what does not depend on the power.
+    assert found.tangential_share.values == pytest.approx([found.tangential_share.value] * 2)
+    found, _, _, first = describe_runs(Runs(runs[1:], paths[1:]), CardSettings(counting_rule="gap_0_03"), None)
+    assert found.wall_power_W.motions is None and first.paths == paths[1:]
+
+
+def test_the_speed_is_shown_in_the_unit_of_the_mill_and_one_ball_is_one(written):
+    content = card_content(speed_rpm=1500.0)
+    content["machine"]["speed_unit"] = "hz"
+    content["balls"]["sizes"][0]["number"] = 1
+    card = read_card(written(content))
+    for text in (methods_paragraph(card), latex_table(card)):
+        assert "25 Hz" in text and "rpm" not in text and "1 ball of 10 mm" in text
 
 
 def test_latex_prints_every_sign_as_it_is():

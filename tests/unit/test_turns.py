@@ -21,7 +21,9 @@ from millprint.fingerprint.descriptors import (
     MOTIONS,
     lasting_motions,
     motion_of,
+    motions_in,
     said_of,
+    seeds_of_motions,
     tabulate_descriptors,
     variance_of_run,
 )
@@ -163,7 +165,7 @@ def test_the_error_of_several_seeds_contains_their_spread_and_the_motion_is_said
     assert MOTIONS["few_turns"].word not in tabulate_descriptors(shorts, "gap_0_03").iloc[0]["motion"]
     short["per_revolution"] = {name: [] for name in short["per_revolution"]}
     assert tabulate_descriptors([short], "gap_0_03").iloc[0]["normal_power_freedom"] == 0
-    assert motion_of(3, 0, 8.0, 1, False) == [MOTIONS["repeats"]] and motion_of(3, 0, 8.0, 0, False) == []
+    assert motion_of(1, 1, 0, 8.0, 1, False) == [MOTIONS["repeats"]] and motion_of(3, 3, 0, 8.0, 0, False) == []
 
 
 @pytest.mark.parametrize(("powers", "error", "counts"), truths("groups_of_seeds"))
@@ -283,6 +285,21 @@ def test_balls_that_move_with_the_wall_are_said():
     table = tabulate_descriptors(runs, "gap_0_03")
     assert said_of(table, "stuck").tolist() == [True, False, False, False]
     assert "stuck" in table["motion"].iloc[0].split(", ")
+
+
+def test_what_holds_for_some_seeds_is_said_with_their_number():
+    runs = [summary(0.10, seed=seed) | {"speed_over_vessel": share} for seed, share in enumerate((0.02, 0.4, 0.4))]
+    table = tabulate_descriptors(runs, "gap_0_03")
+    (stuck,) = motions_in(table["motion"].iloc[0]).values()
+    assert "1 of 3" in stuck.word and stuck.meaning == MOTIONS["stuck"].meaning and said_of(table, "stuck").all()
+    assert [own.word for own in motion_of(3, 3, 3, 8.0, 0, True)] == [
+        MOTIONS[name].word for name in ("stuck", "seeds_differ")
+    ]
+
+
+def test_the_seeds_of_each_lasting_motion_are_known():
+    runs = pd.DataFrame({"wall_power_W": [1.4, 18.3, 18.31], "wall_power_variance": [1e-8, 1e-8, np.nan]})
+    assert [own.tolist() for own in seeds_of_motions(runs)] == [[1, 2], [0]]
 
 
 @pytest.mark.parametrize("hits", [(0.20,), (0.11, 0.15, 0.20)])

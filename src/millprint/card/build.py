@@ -61,7 +61,14 @@ from millprint.dose.wear import FEWEST_HELD, PROBABILITY, mean_conditions, predi
 from millprint.estimate.estimates import Estimate, Interval, factor_of, parts_of
 from millprint.estimate.quantiles import student_quantile
 from millprint.fingerprint.bands import FURTHER
-from millprint.fingerprint.descriptors import MOTIONS, block_length, tabulate_descriptors, variance_of_run
+from millprint.fingerprint.descriptors import (
+    block_length,
+    motions_in,
+    run_row,
+    seeds_of_motions,
+    tabulate_descriptors,
+    variance_of_run,
+)
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.readers import check_summary
 from millprint.mill.bodies import build_bodies
@@ -335,13 +342,20 @@ def wear_part(
 
 def describe_runs(
     runs: Runs, settings: CardSettings, fingerprint: Fingerprint | None
-) -> tuple[Descriptors, dict[str, str], list[str]]:
-    """The descriptors with their intervals, why an interval is not known, and why the bands may be wrong."""
+) -> tuple[Descriptors, dict[str, str], list[str], Runs]:
+    """The descriptors with their intervals, why an interval is not known, why the bands may be wrong, and the runs of
+    one motion: of several that last, that of most seeds.
+    """
     rule = settings.counting_rule
     singles = [tabulate_descriptors([summary], rule) for summary in runs.summaries]
     each = [_values(single) for single in singles]
     table = tabulate_descriptors(runs.summaries, rule)
     value = _values(table)
+    lasting, motions = table["lasting_motions"].iloc[0], [runs]
+    if lasting:
+        places = seeds_of_motions(pd.DataFrame([run_row(summary, rule) for summary in runs.summaries]))
+        motions = [Runs([runs.summaries[i] for i in own], [runs.paths[i] for i in own]) for own in places]
+    of_motions = [_values(tabulate_descriptors(own.summaries, rule)) for own in motions] if lasting else []
     windows = [read_window(*run, rule) for run in zip(runs.summaries, runs.paths, strict=True)]
     errors = [{own.name: float(single[f"{own.name}_relative_se"].iloc[0]) for own in STATISTICS} for single in singles]
     variances = [{name: error**2 for name, error in own.items() if np.isfinite(error)} for own in errors]
@@ -372,13 +386,13 @@ def describe_runs(
         for origin, half in zip(("scatter", "mean"), widths.get(name, ()), strict=False):
             if interval := _around(own, half, name):
                 known[origin] = interval
-        found[name] = Estimate(own, ON_CARD[name].unit).having(known)
+        own_motions = tuple(values[name] for values in of_motions if math.isfinite(values[name]))
+        found[name] = Estimate(own, ON_CARD[name].unit, motions=own_motions or None).having(known)
     found |= parts_of(found[POWER], {name: found[name] for name in POWER_PARTS})
-    words = table["motion"].iloc[0].split(", ")
-    against = [f"{motion.word}: {motion.meaning}" for motion in MOTIONS.values() if motion.word in words]
-    if lasting := table["lasting_motions"].iloc[0]:
-        against.append(f"several motions last: {lasting}")
-    return Descriptors(**found), missing, against
+    against = [f"{own.word}: {own.meaning}" for own in motions_in(table["motion"].iloc[0]).values()]
+    if lasting:
+        against.append(f"several motions last: {lasting}; spectra, temperatures and wear are those of the first")
+    return Descriptors(**found), missing, against, motions[0]
 
 
 def _around(value: float, half: float, name: str) -> Interval | None:
@@ -406,20 +420,20 @@ def build_card(
         check_summary(summary, str(Path(path).with_name("summary.json")))
     first = runs.summaries[0]
     rule = recorded_count(first, settings.counting_rule)
-    descriptors, missing, motion = describe_runs(runs, settings, known.fingerprint)
+    descriptors, missing, motion, of_one_motion = describe_runs(runs, settings, known.fingerprint)
     balls = _balls(experiment, first)
     powder = _powder(experiment, balls)
     programme = _programme(experiment)
     not_known = dict(known.why)
-    spectra, why = spectra_part(runs.summaries, runs.paths, settings)
+    spectra, why = spectra_part(of_one_motion.summaries, of_one_motion.paths, settings)
     not_known |= {"spectra": why} if why else {}
     if powder is None or programme is None:
         lacking = "powder" if powder is None else "programme"
         not_known |= {"dose": f"no {lacking} is given"}
     dose = dose_part(descriptors, balls, powder, programme) if powder and programme else None
     jar = jar_section(experiment, settings)
-    heat = heat_part(experiment, jar, powder, runs, settings)
-    wear, why = wear_part(balls, powder, programme, runs, settings, known)
+    heat = heat_part(experiment, jar, powder, of_one_motion, settings)
+    wear, why = wear_part(balls, powder, programme, of_one_motion, settings, known)
     not_known |= {"wear": why} if why else {}
     card = MillingCard(
         format=FORMAT,
@@ -429,7 +443,7 @@ def build_card(
         **{name: getattr(experiment, name) for name in ("authors", "reference", "atmosphere", "note")},
         machine=Machine(
             name=mill.name, title=mill.title, source=mill.source, motion=mill.motion.kind,
-            amplitude_mm=1e3 * first["amplitude_m"] or None, speed_rpm=experiment.rpm,
+            amplitude_mm=1e3 * first["amplitude_m"] or None, speed_rpm=experiment.rpm, speed_unit=mill.speed_unit,
         ),
         jar=Jar(
             volume_ml=mill.volume_ml, shape=mill.geometry.kind, cooling=jar.cooling,

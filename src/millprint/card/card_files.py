@@ -20,14 +20,14 @@ from millprint.observables.definitions import ON_CARD
 from millprint.run.files import whole_file, write_json
 from millprint.run.html_pages import fill_template
 from millprint.run.machine import commit, package_versions
-from millprint.run.numbers import plain, prefix_of, three
+from millprint.run.numbers import counted, plain, prefix_of, three
 from millprint.view.frames import picture_mill, read_movie
 
 
 def in_words(quantity: Estimate, ends: Interval | None = None) -> str:
-    """A quantity with its unit and an interval: "221 µJ (203 to 240)"."""
+    """A quantity with its unit and an interval: "221 µJ (203 to 240)"; of several motions "18.3 W or 1.40 W"."""
     factor, unit = prefix_of(quantity.value, quantity.unit)
-    text = three(factor * quantity.value) + ("" if unit == "-" else f" {unit}")
+    text = " or ".join(three(factor * value) + ("" if unit == "-" else f" {unit}") for value in quantity.values)
     return text if ends is None else f"{text} ({between(ends, factor)})"
 
 
@@ -41,10 +41,10 @@ COOLING = {"still_air": "air at rest", "moving_air": "moving air", "water": "wat
 
 def charge_in_words(balls: Balls) -> str:
     """The balls: "24 balls of 10 mm"."""
-    parts = [f"{group.number} of {group.diameter_mm:g} mm" for group in balls.sizes]
-    if len(parts) == 1:
-        return parts[0].replace(" of ", " balls of ", 1)
-    return f"{balls.number} balls ({', '.join(parts)})"
+    (first, *others), total = balls.sizes, counted(balls.number, "ball")
+    if not others:
+        return f"{total} of {first.diameter_mm:g} mm"
+    return f"{total} ({', '.join(f'{group.number} of {group.diameter_mm:g} mm' for group in balls.sizes)})"
 
 
 def programme_in_words(programme: Programme) -> str:
@@ -93,7 +93,10 @@ def methods_paragraph(card: MillingCard) -> str:
         static_friction=coefficient_in_words(contact, "static_friction"),
         cohesion=cohesion_in_words(contact),
         cooling=COOLING,
-        **{each.__name__: each for each in (in_words, between, plain, three, charge_in_words, programme_in_words)},
+        **{
+            each.__name__: each
+            for each in (in_words, between, counted, plain, three, charge_in_words, programme_in_words)
+        },
     )
     return " ".join(text.split())
 
@@ -133,9 +136,8 @@ def _row(title: str, quantity: Estimate) -> str:
         return "--" if ends is None else between(ends, factor)
 
     cells = (cell(quantity.scatter), cell(quantity.mean), cell(quantity.contact))
-    return f"{escape(title)} & {_tex_number(three(factor * quantity.value))} & {_unit(unit)} & " + " & ".join(
-        map(_tex_number, cells)
-    )
+    values = " or ".join(three(factor * value) for value in quantity.values)
+    return f"{escape(title)} & {_tex_number(values)} & {_unit(unit)} & " + " & ".join(map(_tex_number, cells))
 
 
 def _tex_number(text: str) -> str:
@@ -149,7 +151,7 @@ def settings_of(card: MillingCard) -> list[tuple[str, str]]:
     material = f", {card.balls.material.replace('_', ' ')}" if card.balls.material else ""
     rows = [
         ("mill", card.machine.title),
-        ("speed", f"{card.machine.speed_rpm:g} rpm"),
+        ("speed", card.machine.speed),
         ("jar", ", ".join(filter(None, jar))),
         *([("wall", card.jar.wall)] if card.jar.wall else []),
         ("balls", f"{charge_in_words(card.balls)}, {plain(card.balls.mass_g)} g{material}"),

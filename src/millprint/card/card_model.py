@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
 from millprint.config.contact_set import law_fields
 from millprint.estimate.estimates import Estimate
+from millprint.fingerprint.mill_sheet import shown_speed
 from millprint.observables.definitions import DESCRIPTOR_SETS, ON_CARD, SHARE, Observable
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -194,6 +195,13 @@ class Machine(Record):
     """half of the longest travel of a point of the wall along one axis [mm]"""
     speed_rpm: Positive
     """set speed of the mill, such as the speed of the sun wheel [rpm]"""
+    speed_unit: Literal["rpm", "hz"] = "rpm"
+    """unit of the set speed in texts"""
+
+    @property
+    def speed(self) -> str:
+        """The set speed in words: 400 rpm, 25 Hz."""
+        return shown_speed(self.speed_unit, self.speed_rpm / 60)
 
 
 class Jar(Record):
@@ -363,7 +371,7 @@ class CardFingerprint(Record):
         """`motion` without what to do, as a sentence that stands with the numbers; empty for nothing."""
         parts = (each.split(": ") for each in self.motion)
         said = [f"{word} ({further[0]})" if further else word for word, *further in parts]
-        return f"Turns and seeds of the simulations say against these bands: {'; '.join(said)}." if said else ""
+        return f"Turns and seeds of the simulations say against these numbers: {'; '.join(said)}." if said else ""
 
 
 class Software(Record):

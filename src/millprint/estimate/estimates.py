@@ -57,6 +57,10 @@ class Estimate:
     """interval by contact parameters: restitution, frictions and stiffness that nobody has measured"""
     shape: Interval | None = None
     """interval by the shape of the jar, where it was fitted"""
+    motions: tuple[float, ...] | None = None
+    """the value of each of the motions that last, that of most simulations first, where `value` is a mean over several
+    of them, which no simulation has
+    """
     repeats: Annotated[SkipJsonSchema[Interval | None], NOT_WRITTEN] = None
     """interval by repeats of a measurement, a training or a simulation"""
     how: Annotated[SkipJsonSchema[str | None], NOT_WRITTEN] = None
@@ -70,6 +74,11 @@ class Estimate:
     def intervals(self) -> dict[str, Interval]:
         """The known intervals by name."""
         return {name: known for name in INTERVALS if (known := getattr(self, name)) is not None}
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The values that one simulation may have: that of each motion that lasts, or else the only one."""
+        return self.motions or (self.value,)
 
     def having(self, known: Mapping[str, Interval]) -> "Estimate":
         """The estimate with these of INTERVALS, by name, in place of its own."""
@@ -112,7 +121,8 @@ class Estimate:
     def through(self, rising: Callable[[float], float], unit: str | None = None) -> "Estimate":
         """The estimate of a rising function of the value, from the function at the ends; unit: of its values."""
         ends = {name: Interval(rising(own.lower), rising(own.upper)) for name, own in self.intervals.items()}
-        return replace(self, value=rising(self.value), unit=unit or self.unit).having(ends)
+        motions = self.motions and tuple(map(rising, self.motions))
+        return replace(self, value=rising(self.value), unit=unit or self.unit, motions=motions).having(ends)
 
     def __mul__(self, factor: float) -> "Estimate":
         """The estimate times a positive number."""
@@ -123,9 +133,13 @@ class Estimate:
         return {name: self.value, **dict(zip(columns_of(name, of), self.ends(of), strict=True))}
 
     def __str__(self) -> str:
-        """Three digits, with the ends of the hull and the unit."""
-        hull = self.hull()
-        return f"{self.value:.3g} ({hull.lower:.3g} to {hull.upper:.3g}) {self.unit}"
+        """Three digits of what one simulation may have, with the ends of the hull, if one is known, and the unit."""
+        hull, values = self.hull(), " or ".join(f"{value:.3g}" for value in self.values)
+        return (
+            f"{values} ({hull.lower:.3g} to {hull.upper:.3g}) {self.unit}"
+            if self.intervals
+            else f"{values} {self.unit}"
+        )
 
 
 def columns_of(name: str, interval: str) -> list[str]:

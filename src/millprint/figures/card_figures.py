@@ -37,7 +37,8 @@ def plot_powers(estimates: dict[str, Estimate]) -> Figure:
     for place, own in enumerate(estimates.values()):
         hull = own.hull()
         ends = [[own.value - hull.lower], [hull.upper - own.value]]
-        axis.errorbar([own.value], [place], xerr=ends, fmt="o", capsize=3, color=COLOURS[place % len(COLOURS)])
+        axis.errorbar([own.value], [place], xerr=ends, fmt="none", capsize=3, color=COLOURS[place % len(COLOURS)])
+        axis.plot(own.values, [place] * len(own.values), "o", color=COLOURS[place % len(COLOURS)])
     axis.set_yticks(range(len(estimates)), list(estimates))
     axis.set(xlabel="power [W]", ylim=(len(estimates) - 0.5, -0.5))
     return figure
@@ -135,8 +136,9 @@ def _consequences(card: MillingCard) -> list[tuple[str, str | None]]:
         limit = heat.time_to_limit_h.median
         reached = "is not reached" if limit is None else f"after {three(limit)} h of milling without pauses"
         steady = heat.powder.steady_degC
-        text = f"powder {three(steady.median)} °C after long milling ({between(steady)}, {100 * heat.probability:g} %)"
-        rows.append(("heat", f"{text}; {heat.limit_degC:g} °C of the {heat.limit_body} {reached} (median)"))
+        text = f"{three(steady.median)} °C after long milling ({between(steady)}, {100 * heat.probability:g} %)"
+        limit_text = f"{heat.limit_degC:g} °C of the {heat.limit_body} {reached} (median)"
+        rows.append(("heat", f"at {three(heat.power_W)} W powder {text}; {limit_text}"))
     if wear := card.wear:
         text = (
             f"balls lose {three(wear.wear_g.value)} g ({between(wear.wear_g)}), iron in the powder "

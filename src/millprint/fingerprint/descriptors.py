@@ -69,8 +69,8 @@ def as_built(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def said_of(table: pd.DataFrame, name: str) -> pd.Series:
-    """Whether each condition has the word of a motion, by its name in MOTIONS."""
-    return table["motion"].fillna("").str.split(", ").map(lambda words: MOTIONS[name].word in words).astype(bool)
+    """Whether each condition has the word of a motion, by its name in MOTIONS, for some of its simulations or all."""
+    return table["motion"].fillna("").map(lambda told: name in motions_in(told)).astype(bool)
 
 
 def with_impacts(table: pd.DataFrame) -> pd.DataFrame:
@@ -277,21 +277,30 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     sums["independent_turns"] = np.where(
         np.any(rises, axis=0), 0, np.min([sums["independent_turns"], *remembered], axis=0)
     )
-    turns = zip(*(sums[name] for name in told), differ, strict=True)
+    turns = zip(mean["seeds"], *(sums[name] for name in told), differ, strict=True)
     mean["motion"] = [", ".join(said.word for said in motion_of(*own)) for own in turns]
     lasting = groups.apply(_lasting_in_words, include_groups=False)
     mean["lasting_motions"] = [words if own else "" for words, own in zip(lasting, differ, strict=True)]
     return mean.drop(columns=[*told, *of_turns]).reset_index()
 
 
+def seeds_of_motions(seeds: pd.DataFrame) -> list[np.ndarray]:
+    """The places of the seeds of a condition that have one lasting motion, for each; that of most seeds first.
+
+    seeds: rows of `run_row`.
+    """
+    told = seeds[["wall_power_W", "wall_power_variance"]].fillna(0.0)
+    places = np.argsort(told["wall_power_W"].to_numpy(), kind="stable")
+    found = lasting_motions(*told.to_numpy()[places].T)
+    return sorted(np.split(places, np.cumsum([len(own) for own in found])[:-1]), key=len, reverse=True)
+
+
 def _lasting_in_words(seeds: pd.DataFrame) -> str:
     """The power of each lasting motion of a condition, that of most seeds first; empty for one motion."""
-    told = seeds[["wall_power_W", "wall_power_variance"]].fillna(0.0).sort_values("wall_power_W")
-    found = lasting_motions(told["wall_power_W"].to_numpy(), told["wall_power_variance"].to_numpy())
-    parts = []
-    for powers_W in sorted(found, key=len, reverse=True) if len(found) > 1 else []:
-        factor, unit = prefix_of(mean_W := float(powers_W.mean()), "W")
-        parts.append(f"{three(factor * mean_W)} {unit} in {len(powers_W)}")
+    motions, parts = seeds_of_motions(seeds), []
+    for places in motions if len(motions) > 1 else []:
+        factor, unit = prefix_of(mean_W := float(seeds["wall_power_W"].iloc[places].mean()), "W")
+        parts.append(f"{three(factor * mean_W)} {unit} in {len(places)}")
     return f"{' and '.join(parts)} of {len(seeds)} simulations" if parts else ""
 
 
@@ -449,8 +458,9 @@ MOTIONS: Mapping[str, Motion] = {
     ),
     "stuck": Motion(
         "stuck",
-        f"all balls move with the wall, within {100 * STUCK:g} % of its speed, as where powder sticks or a drum turns "
-        "too fast, and hardly anything is milled: try another speed, more balls, or less or drier powder",
+        f"all balls of a simulation move with the wall, within {100 * STUCK:g} % of its speed, as where powder sticks "
+        "or a drum turns too fast, and hardly anything is milled in it: try another speed, more balls, or less or "
+        "drier powder",
     ),
     "few_turns": Motion(
         "few turns",
@@ -470,17 +480,30 @@ MOTIONS: Mapping[str, Motion] = {
 }
 
 
-def motion_of(impacts: int, stuck: int, independent: float, repeating: int, differ: bool) -> list[Motion]:
+def motion_of(seeds: int, impacts: int, stuck: int, independent: float, repeating: int, differ: bool) -> list[Motion]:
     """Why the standard errors of a condition may be wrong, from its turns and seeds: some of MOTIONS.
 
-    impacts: seeds whose balls hit anything; stuck: seeds whose balls move with the wall; independent: turns of all
-    seeds; repeating: seeds whose motion repeats; differ: whether seeds differ beyond chance.
+    seeds: their number; impacts: of them, whose balls hit anything; stuck: whose balls move with the wall; independent:
+    turns of all seeds; repeating: seeds whose motion repeats; differ: whether seeds differ beyond chance. What holds
+    for some of the seeds has their number with its word.
     """
-    said = {
-        "no_impacts": impacts == 0,
-        "stuck": stuck > 0,
-        "few_turns": independent < FEWEST_TURNS,
-        "repeats": repeating > 0,
-        "seeds_differ": differ,
+    holding = {
+        "no_impacts": seeds * (impacts == 0),
+        "stuck": stuck,
+        "few_turns": seeds * (independent < FEWEST_TURNS),
+        "repeats": repeating,
+        "seeds_differ": seeds * differ,
     }
-    return [MOTIONS[name] for name, holds in said.items() if holds]
+    limits = {name: "" if number == seeds else f" in {number} of {seeds}" for name, number in holding.items()}
+    return [own._replace(word=f"{own.word}{limits[name]}") for name, own in MOTIONS.items() if holding[name]]
+
+
+def motions_in(told: str) -> dict[str, Motion]:
+    """The motions in a cell of the column `motion`, by their names in MOTIONS, each with the word that it has there."""
+    words = told.split(", ")
+    return {
+        name: own._replace(word=word)
+        for name, own in MOTIONS.items()
+        for word in words
+        if word == own.word or word.startswith(f"{own.word} in ")
+    }
