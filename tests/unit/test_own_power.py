@@ -1,5 +1,8 @@
 """A thermometer and a wattmeter: power of made-up readings, their intervals, verdicts, and the user's table."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -109,6 +112,47 @@ def test_both_commands_agree_and_validation_reads_their_rows(laboratory, capsys,
     points = measured_points(read_measurements("mine.tsv", []))
     assert list(points["id"]) == ["other_power_by_warming", "other_power_by_wattmeter"]
     assert points["measured_lower"].lt(POWER_W).all() and points["measured_upper"].gt(POWER_W).all()
+
+
+@pytest.fixture
+def readings(laboratory, monkeypatch):
+    """Tables of the laboratory: as they should be, swapped, and in other units than they say."""
+    monkeypatch.chdir(laboratory)
+    warming = 0.9 * np.clip(TIME_S - START_S, 0, STOP_S - START_S) / 253
+
+    def write(name: str, column: str, values: np.ndarray) -> None:
+        write_readings(Path(f"{name}.tsv"), column, TIME_S[: len(values)], values)
+
+    write("warms", "temperature_degC", 22 + POWER_W * warming)
+    write("cools", "temperature_degC", 22 - POWER_W * warming)
+    write("flat", "temperature_degC", 22 + 0 * warming)
+    write("in_F", "temperature_degC", 1.8 * (22 + POWER_W * warming) + 32)
+    write("loose_W", "power_W", np.full(50, 130.0))
+    write("fixed_W", "power_W", np.full(50, 100.0))
+    write("in_kW", "power_W", np.full(50, 0.1))
+
+
+WARM, WATT = ["--jar-kg", "0.5", "--cooling", "still_air"], ["--efficiency", "0.6", "0.75"]
+
+
+@pytest.mark.parametrize(
+    ("command", "verdict"),
+    [
+        (["warm", "my_card", "warms.tsv", *WARM, "--start-s", "30", "--stop-s", "150"], "agrees"),
+        (["warm", "my_card", "flat.tsv", *WARM, "--start-s", "30", "--stop-s", "150"], "differs"),
+        (["warm", "my_card", "cools.tsv", *WARM, "--start-s", "30", "--stop-s", "150"], "open: less than zero"),
+        (["warm", "my_card", "warms.tsv", *WARM, "--start-s", "0.5", "--stop-s", "2.5"], "open: .* in minutes"),
+        (["warm", "my_card", "in_F.tsv", *WARM, "--start-s", "30", "--stop-s", "150"], None),
+        (["watt", "my_card", "loose_W.tsv", "fixed_W.tsv", *WATT], "agrees"),
+        (["watt", "my_card", "fixed_W.tsv", "loose_W.tsv", *WATT], "open: less than zero"),
+        (["watt", "my_card", "loose_W.tsv", "in_kW.tsv", *WATT], None),
+    ],
+)
+def test_a_measurement_that_cannot_be_decides_nothing(readings, capsys, command, verdict):
+    """None: refused in one line."""
+    assert main(command) == (verdict is None)
+    out, err = capsys.readouterr()
+    assert re.search(f"verdict: {verdict}", out) if verdict else len(err.splitlines()) == 1 and "verdict" not in out
 
 
 def test_a_row_is_added_to_a_table_that_keeps_its_rows_and_comments(tmp_path):

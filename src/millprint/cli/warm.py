@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from millprint.own_machine.prediction import Condition
 
 SAMPLES, FEWEST_READINGS, SHORTEST_S = 4000, 10, 30.0
+# Rooms in which people mill, also cold ones; 68 degrees Fahrenheit are 20 degC.
+COLDEST_DEGC, WARMEST_DEGC = -30.0, 50.0
 FLOAT_OPTIONS = {
     "jar_kg": "mass of jar and lid [kg]",
     "powder_g": "powder in the jar [g]",
@@ -77,15 +79,26 @@ def main(arguments: list[str], name: str = "warm") -> None:
             f"{options.readings}: readings from {time_s[0]:g} to {time_s[-1]:g} s and milling from {start:g} s: needs "
             f"a reading before the start, and {SHORTEST_S:g} s of readings after it"
         )
+    if not COLDEST_DEGC <= read[0] <= WARMEST_DEGC:
+        raise ConfigError(
+            f"{options.readings}: {read[0]:.3g} degC at the beginning: must be the temperature of a room, "
+            f"{COLDEST_DEGC:g} to {WARMEST_DEGC:g} degC; is it in degrees Fahrenheit?"
+        )
     response = unit_response(balance_of_1_W(condition, settings), time_s, start, stop, BODIES.index(settings.body))
     found = fit_power(response, time_s, read, settings.resolution_K)
     print(f"{condition.card.name}: {condition.words}")
     print(
         f"warming at the start: {found.begin_K_min:.3g} K/min; readings within {found.residual_K:.2g} K of the balance"
     )
-    if not found.described:
-        print("warning: the balance does not describe these readings: was all at the temperature of the room?")
-    note = say_power(condition, found.power_W, options.date)
+    doubt = ""
+    if found.power_W.hull().upper < 0:
+        doubt = "less than zero: does the jar cool?"
+    elif not found.described:
+        doubt = (
+            f"the balance does not describe these readings of {time_s[-1] - time_s[0]:g} s with "
+            f"{min(stop, time_s[-1]) - start:g} s of milling: is it in minutes? Was all at the temperature of the room?"
+        )
+    note = say_power(condition, found.power_W, options.date, doubt)
     figure = None
     if options.figure:
         from millprint.figures.card_figures import plot_warming

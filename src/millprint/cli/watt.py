@@ -17,9 +17,14 @@ from millprint.config.arguments import card_folder, value_of_key
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.own_machine.settings import WattSettings, add_options, given
+from millprint.run.numbers import counted
 
 if TYPE_CHECKING:
     import numpy as np
+
+
+# No mill takes as much more power with loose balls than with fixed ones.
+FARTHEST = 100.0
 
 
 def blocks_of(path: Path) -> np.ndarray:
@@ -51,10 +56,18 @@ def main(arguments: list[str], name: str = "watt") -> None:
     asked = {"efficiency_low": low, "efficiency_high": high, **given(options, "jars")}
     settings = check_model(asked, WattSettings, "options")
     condition = read_condition(options.card)
-    electric, charge = power_of_charge(blocks_of(options.loose), blocks_of(options.fixed), settings)
+    loose, fixed = blocks_of(options.loose), blocks_of(options.fixed)
+    lower, higher = sorted([float(loose.mean()), float(fixed.mean())])
+    if 0 < FARTHEST * lower < higher:
+        raise ConfigError(
+            f"{options.loose}, {options.fixed}: {loose.mean():.3g} and {fixed.mean():.3g} W on average, more than "
+            f"{FARTHEST:g} times apart; is one of them in kW? Its column is power_kW"
+        )
+    electric, charge = power_of_charge(loose, fixed, settings)
     print(f"{condition.card.name}: {condition.words}")
-    print(f"electric power, loose less fixed balls: {electric}, of {settings.jars} jars")
-    note = say_power(condition, charge, options.date)
+    print(f"electric power, loose less fixed balls: {electric}, of {counted(settings.jars, 'jar')}")
+    doubt = "less than zero: are the tables swapped?" if charge.hull().upper < 0 else ""
+    note = say_power(condition, charge, options.date, doubt)
     figure = None
     if options.figure:
         from millprint.figures.card_figures import plot_powers

@@ -13,6 +13,7 @@ VERDICTS = (AGREES, DIFFERS, OPEN)
 NOT_RUN, TOO_FEW, UNDECIDED, TOO_WIDE = "not run", "too few repeats", "undecided", "wider than the tolerance"
 WITHIN, BEYOND, BOTH = "within the tolerance", "beyond the tolerance", "within both intervals"
 NO_INTERVAL, CROSSING = "no interval is known", "the intervals overlap, but do not hold both values"
+APART = "the intervals are apart"
 
 
 class Verdict(NamedTuple):
@@ -65,7 +66,8 @@ def judge(
     a miss.
     The claim of another value, with its own interval, agrees if each value lies within the interval of the other, or
     the estimate within that of the claim, as where the interval of the estimate lacks a part; it differs if the
-    intervals are apart. Where only one has an interval, this decides.
+    intervals are apart. Where only one has an interval, this decides; not with `widest`, by which an interval that is
+    not known is too wide. Of several motions that last, all values must be within the interval of the claim.
     """
     if estimate is None:
         return Verdict(OPEN, NOT_RUN)
@@ -94,27 +96,36 @@ def _of_value(estimate: Estimate, claim: Estimate, by: Sequence[str], widest: fl
     known = [any(name in by for name in each.intervals) for each in (estimate, claim)]
     own, other = estimate.hull(by), claim.hull(by)
     numbers = (estimate.value, own.lower, own.upper, claim.value, other.lower, other.upper)
-    if not any(known) or any(map(math.isnan, numbers)):
-        return Verdict(OPEN, NO_INTERVAL)
+    needed = all if math.isfinite(widest) or estimate.motions else any
+    if not needed(known) or any(map(math.isnan, numbers)):
+        return Verdict(OPEN, _several(estimate) if estimate.motions else NO_INTERVAL)
+    if not own.meets(other):
+        told = APART if estimate.motions else _ratio(names[0], estimate.value, own, claim.value, other)
+        return Verdict(DIFFERS, told)
     for name, each in zip(names, (own, other), strict=True):
         if math.isfinite(widest) and not 0 < each.upper <= widest * each.lower:
-            return Verdict(OPEN, f"the {name} interval spans more than a factor of {widest:g}")
-    inside = [own.holds(claim.value), other.holds(estimate.value)]
+            spans = "reaches to zero" if each.lower <= 0 else f"spans more than a factor of {widest:g}"
+            return Verdict(OPEN, f"the {name} interval {spans}")
+    inside = [own.holds(claim.value), all(map(other.holds, estimate.values))]
+    if estimate.motions and not inside[1]:
+        return Verdict(OPEN, _several(estimate))
     if all(known) and all(inside):
         return Verdict(AGREES, BOTH)
     if inside[1] and known[1]:
         return Verdict(AGREES, f"within the {names[1]} interval only")
     if not known[1] and inside[0]:
         return Verdict(AGREES, f"within the {names[0]} interval")
-    if own.meets(other):
-        return Verdict(OPEN, CROSSING)
-    return Verdict(DIFFERS, _ratio(names[0], estimate.value, own, claim.value, other))
+    return Verdict(OPEN, CROSSING)
+
+
+def _several(estimate: Estimate) -> str:
+    return f"several motions last: {' or '.join(f'{value:.3g} {estimate.unit}' for value in estimate.values)}"
 
 
 def _ratio(name: str, value: float, own: Interval, claimed: float, other: Interval) -> str:
     """How far two values are apart, in words: by a factor, or beyond the interval where one is not in (0, inf)."""
     if min(own.lower, other.lower, value, claimed) <= 0 or math.inf in (own.upper, other.upper, value, claimed):
-        return "the intervals are apart"
+        return APART
     factor, low, high = value / claimed, own.lower / other.upper, own.upper / other.lower
     if factor > 1:
         return f"{name} {factor:.2g} times more ({low:.2g} to {high:.2g})"

@@ -22,12 +22,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from millprint.card.card_files import charge_in_words
 from millprint.card.card_model import MillingCard
 from millprint.card.read import read_card
 from millprint.config.errors import ConfigError
 from millprint.dose.heat_balance import Balance, solve
 from millprint.estimate.estimates import LEVEL, WIDEST, Estimate, Interval, difference_of
-from millprint.estimate.judge import judge
+from millprint.estimate.judge import OPEN, Verdict, judge
 from millprint.fingerprint.bands import ORIGINS
 from millprint.own_machine.readings import append_measured
 from millprint.own_machine.settings import WattSettings
@@ -166,8 +167,7 @@ class Condition:
     @property
     def words(self) -> str:
         """Mill, speed and balls in a few words."""
-        balls = ", ".join(f"{group.number} balls of {group.diameter_mm:g} mm" for group in self.card.balls.sizes)
-        return f"{self.card.machine.name}, {self.card.machine.speed_rpm:g} rpm, {balls}"
+        return f"{self.card.machine.name}, {self.card.machine.speed}, {charge_in_words(self.card.balls)}"
 
     def row(self, quantity: str, unit: str, measured: Estimate, note: str) -> dict[str, str]:
         """A row of the table of own measurements, without an id that is surely its own."""
@@ -209,13 +209,18 @@ def origins_of(predicted: Estimate) -> str:
     return words if predicted.contact else f"{words}; contact parameters not analysed"
 
 
-def say_power(condition: Condition, measured: Estimate, date: str | None) -> str:
+def say_power(condition: Condition, measured: Estimate, date: str | None, doubt: str = "") -> str:
     """Print a measured power and the predicted one; returns the verdict with the prediction.
 
-    date: day of the measurement, now if None: what was fixed later does not judge it.
+    date: day of the measurement, now if None: what was fixed later does not judge it. doubt: why the measurement
+    decides nothing.
     """
+
+    def judged(prediction: Estimate) -> Verdict:
+        return Verdict(OPEN, doubt) if doubt else judge(prediction, measured, widest=WIDEST)
+
     predicted = predicted_power(condition)
-    verdict = judge(predicted, measured, widest=WIDEST)
+    verdict = judged(predicted)
     print(f"measured power: {measured}\npredicted power: {predicted} ({origins_of(predicted)})\nverdict: {verdict}")
     if said := condition.card.fingerprint.against:
         print(said)
@@ -223,7 +228,7 @@ def say_power(condition: Condition, measured: Estimate, date: str | None) -> str
     if (row := _fixed_power(condition, date)) is None:
         return note
     fixed = Estimate(row["value"], "W", mean=Interval(row["lower"], row["upper"]), how="predicted")
-    verdict = judge(fixed, measured, widest=WIDEST)
+    verdict = judged(fixed)
     print(f"fixed for release {row['release']} on {row['date']} UTC: {fixed}: {verdict}")
     return f"{note}; fixed on {row['date']}, digest {row['digest']}: {fixed}: {verdict}"
 
