@@ -25,10 +25,14 @@ from millprint.view.frames import picture_mill, read_movie
 
 
 def in_words(quantity: Estimate, ends: Interval | None = None) -> str:
-    """A quantity with its unit and an interval: "221 µJ (203 to 240)"; of several motions "18.3 W or 1.40 W"."""
+    """A quantity with its unit and an interval: "221 µJ (203 to 240)"; of several motions "18.3 or 1.40 W"."""
     factor, unit = prefix_of(quantity.value, quantity.unit)
-    text = " or ".join(three(factor * value) + ("" if unit == "-" else f" {unit}") for value in quantity.values)
+    text = _values(quantity, factor) + ("" if unit == "-" else f" {unit}")
     return text if ends is None else f"{text} ({between(ends, factor)})"
+
+
+def _values(quantity: Estimate, factor: float) -> str:
+    return " or ".join(three(factor * value) for value in quantity.values)
 
 
 def between(ends: Interval | Temperature | WearLoss, factor: float = 1.0) -> str:
@@ -136,8 +140,9 @@ def _row(title: str, quantity: Estimate) -> str:
         return "--" if ends is None else between(ends, factor)
 
     cells = (cell(quantity.scatter), cell(quantity.mean), cell(quantity.contact))
-    values = " or ".join(three(factor * value) for value in quantity.values)
-    return f"{escape(title)} & {_tex_number(values)} & {_unit(unit)} & " + " & ".join(map(_tex_number, cells))
+    return f"{escape(title)} & {_tex_number(_values(quantity, factor))} & {_unit(unit)} & " + " & ".join(
+        map(_tex_number, cells)
+    )
 
 
 def _tex_number(text: str) -> str:
