@@ -34,6 +34,7 @@ from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import overridden
 from millprint.run.files import read_json
+from millprint.run.numbers import counted
 
 if TYPE_CHECKING:
     from millprint.card.card_model import MillingCard
@@ -92,7 +93,8 @@ def main(arguments: list[str], name: str = "card") -> None:
     runs = {f"seed_{case.seed}": case for case in cases}
     wanted = runs if options.no_animation else {**runs, "animation": animated_case(cases[0])}
     print(
-        f"{len(wanted)} simulations of about {seconds / len(cases):.2g} s of one core each, in {out}", file=sys.stderr
+        f"{counted(len(wanted), 'simulation')} of about {seconds / len(cases):.2g} s of one core each, in {out}",
+        file=sys.stderr,
     )
     compile_kernels(options.cores)
     try:

@@ -39,6 +39,7 @@ from millprint.dem.turns import (
 )
 from millprint.mill.bodies import ball_space_m3, travel_m
 from millprint.run.files import write_json
+from millprint.run.numbers import counted
 
 
 def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]:
@@ -210,9 +211,9 @@ def _goes_on(simulation: Simulation) -> Callable[[Recording], GoesOn] | None:
 def balls_in_words(counts: Sequence[int], sizes_m: Sequence[float]) -> str:
     """The charge for a log: "285 balls: 43 of 36.83 mm, ...", or "80 balls of 10 mm"."""
     if len(sizes_m) == 1:
-        return f"{counts[0]} balls of {1e3 * sizes_m[0]:g} mm"
+        return f"{counted(counts[0], 'ball')} of {1e3 * sizes_m[0]:g} mm"
     parts = (f"{count} of {1e3 * size:g} mm" for count, size in zip(counts, sizes_m, strict=True))
-    return f"{sum(counts)} balls: {', '.join(parts)}"
+    return f"{counted(sum(counts), 'ball')}: {', '.join(parts)}"
 
 
 def run_case(
