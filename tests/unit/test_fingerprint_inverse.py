@@ -136,10 +136,13 @@ def test_the_density_of_the_balls_can_be_chosen(curves):
 
 def test_conditions_beyond_the_simulations_are_marked(curves):
     table = rank_conditions(TARGET, [curves], allowed((1500, 1800), (0.06, 0.20), (5, 20)))
-    # What was never simulated is met by no band, however wide.
-    assert not (table["verdict"] == "agrees").any()
+    # What was never simulated is neither met nor missed, however narrow or wide the bands.
+    assert set(table["verdict"]) == {"open"} and set(table["met"]) == {"nothing"}
     assert table["outside"].str.contains("speed_hz").all()
     assert table.loc[table["ball_diameter_mm"] == 20.0, "outside"].str.contains("ball_diameter_m").all()
+    far = curves.condition(speed_hz=60.0, ball_diameter_m=0.01, fill_ratio=0.10)
+    table = match(curves, far, curves, ball_diameters_mm=[5])
+    assert set(table["outside"]) == {"nothing"} and set(table["verdict"]) == {"open"}
 
 
 @pytest.fixture(scope="module")

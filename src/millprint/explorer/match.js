@@ -63,12 +63,13 @@ class Target {
   /** What a condition is to this target: ratios, time, verdicts of each and of the whole. */
   judge(condition, prediction, nearPercent) {
     const ratios = Object.fromEntries(this.asked.map((name) => [name, ratioOf(prediction[name], this.wanted[name])]));
-    const verdicts = Object.fromEntries(this.asked.map((name) => [name, verdictOn(ratios[name], nearPercent)]));
+    const isSimulated = !prediction.outside.length && !this.outside.length;
+    const verdictOf = (name) => (isSimulated ? verdictOn(ratios[name], nearPercent) : OPEN);
+    const verdicts = Object.fromEntries(this.asked.map((name) => [name, verdictOf(name)]));
     // Powder for a mass of balls: as in the wanted condition, where the condition has none.
     const more = (condition.bpr ?? this.bpr) / this.bpr;
     const time = this.power_W_kg && ratioOf(this.power_W_kg, times(powerOfMass(prediction, condition), more));
     const words = Object.values(verdicts);
-    if (prediction.outside.length || this.outside.length) words.push(OPEN);
     const verdict = [DIFFERS, OPEN].find((word) => words.includes(word)) ?? AGREES;
     return { ratios, verdicts, time, verdict };
   }

@@ -112,14 +112,14 @@ def variables_in_words(names: tuple[str, ...]) -> str:
     return ", ".join(VARIABLE_WORDS.get(name, name) for name in names)
 
 
-def whole_verdict(verdicts: Mapping[str, Verdict], outside: tuple[str, ...], of_target: tuple[str, ...]) -> Verdict:
-    """The verdict on a condition: open at best where it, or the condition that it is to be like, was not simulated."""
-    said = [
-        Verdict(OPEN, f"{what}: {variables_in_words(names)} not simulated")
-        for what, names in (("this condition", outside), ("the target", of_target))
-        if names
-    ]
-    return judge_all([*verdicts.values(), *said])
+def verdicts_on(
+    ratios: Mapping[str, Estimate], near_percent: float, outside: tuple[str, ...], of_target: tuple[str, ...]
+) -> dict[str, Verdict]:
+    """`verdict_on` each ratio; open where the condition, or that which it is to be like, was not simulated."""
+    for what, names in (("this condition", outside), ("the target", of_target)):
+        if names:
+            return dict.fromkeys(ratios, Verdict(OPEN, f"{what}: {variables_in_words(names)} not simulated"))
+    return {name: verdict_on(ratio, near_percent) for name, ratio in ratios.items()}
 
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
@@ -206,8 +206,9 @@ def _row(
                 row |= band.columns(name, origin)
     # The same dose takes the longer, the weaker the mill.
     time = target.over(target.power_W_kg, power_of_mass(prediction, condition), chance)
-    verdicts = {name: verdict_on(ratios[name], request.near_percent) for name in target.asked}
-    whole = whole_verdict(verdicts, prediction.outside, target.outside)
+    asked = {name: ratios[name] for name in target.asked}
+    verdicts = verdicts_on(asked, request.near_percent, prediction.outside, target.outside)
+    whole = judge_all(verdicts.values())
     return row | {
         POWER: prediction.known[POWER].value,
         **(time.columns("time_ratio", "mean") if target.probability is not None else {}),
@@ -271,7 +272,7 @@ def rank_conditions(
     row for every fill ratio and speed at a local minimum of the weighted root mean square of log(found / target). Of
     rows that come equally near, within about 1 %, the one comes first that changes the milling time least. NAME_ratio
     is found over wanted, with its bands of both mills, of a new simulation and of the mean; `verdict` is that by the
-    latter on all that is asked for (`verdict_on`), `reason` why, `met` names what agrees. `time_ratio` is the milling
+    latter on all that is asked for (`verdicts_on`), `reason` why, `met` names what agrees. `time_ratio` is the milling
     time over that of the target for the same energy per gram of powder, at one ball-to-powder ratio, P' / P of the
     powers of the walls over the mass of the balls. `outside` names the variables beyond the simulated range. Fill
     ratios outside the simulated ones are left out. Only charges that were simulated are searched. Descriptors have
