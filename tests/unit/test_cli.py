@@ -2,6 +2,7 @@
 
 import os
 import signal
+import math
 import subprocess
 import sys
 import time
@@ -114,7 +115,7 @@ def test_each_kind_is_a_mill_with_its_defaults(kind):
 
 
 def test_numbers_of_balls_become_fill_ratios():
-    assert fractions([0.1, 50], 198.0, 10.0) == [0.1, pytest.approx(50 * 0.5236 / 198, rel=1e-3)]
+    assert fractions([0.1, 50], 198.0, 10.0) == [0.1, pytest.approx(50 * math.pi / 6 / 198, rel=5e-6)]
 
 
 def test_a_mill_of_ones_own_is_two_files_and_its_pictures(tmp_path, monkeypatch, capsys, ran):

@@ -173,6 +173,16 @@ def test_what_lies_outside_is_named_or_refused(own):
             own.predict(own.condition(**(AT | wrong)))
 
 
+@pytest.mark.parametrize(("end", "same", "another"), [(0.04, 0.0399, 0.037), (0.40, 0.40002, 0.405)])
+def test_as_many_balls_as_at_an_end_of_the_simulated_fills_are_that_end(own, end, same, another):
+    exact, found, beyond = (own.predict(at(own, 10.0, 0.01, fill)) for fill in (end, same, another))
+    assert found.outside == () and found.known == exact.known and found.balls == exact.balls
+    assert beyond.outside == ("fill_ratio",) and beyond.balls != exact.balls
+    table = own.predict(pd.DataFrame({"fill_ratio": [same], "ball_diameter_mm": [10.0], "speed_hz": [10.0]}))
+    assert table["outside"].tolist() == [""]
+    assert table["wall_power_W"].iloc[0] == pytest.approx(exact.wall_power_W.value)
+
+
 @pytest.mark.slow
 def test_amplitude_and_density_are_ranged_only_if_they_were_varied(exact):
     assert set(varied_components(exact)) == {"fill", "machine"}

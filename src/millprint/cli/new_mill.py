@@ -20,7 +20,7 @@ import yaml
 
 from millprint.cli.commands import parser_of
 from millprint.cli.engine import run_workflow
-from millprint.config.charge import fill_of
+from millprint.config.charge import fill_of, named_fill
 from millprint.config.contact_set import ContactConfig
 from millprint.config.errors import ConfigError
 from millprint.config.included import included_mills
@@ -127,7 +127,7 @@ def fractions(counts: list[float], volume_ml: float, diameter_mm: float) -> list
     def fill(number: float) -> float:
         if number != int(number):
             raise ConfigError(f"fill_ratios = {number:g}: must be less than 1, or a whole number of balls")
-        return float(f"{fill_of({'number': number}, volume_ml, diameter_mm, 1.0, 'fill_ratios'):.4g}")
+        return float(named_fill(fill_of({"number": number}, volume_ml, diameter_mm, 1.0, "fill_ratios")))
 
     return [fill(count) if count >= 1 else count for count in counts]
 

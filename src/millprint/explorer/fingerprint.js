@@ -333,6 +333,13 @@ class Fingerprint {
     );
   }
 
+  /** A condition with an end of the simulated fill ratios if it is beyond it, but has as many whole balls. */
+  ofBalls(condition) {
+    const [low, high] = this.about.ranges.fill_ratio;
+    const nearest = { ...condition, fill_ratio: Math.min(Math.max(condition.fill_ratio, low), high) };
+    return this.balls(nearest) === this.balls(condition) ? nearest : condition;
+  }
+
   outside(condition) {
     const { charge = ONE_SIZE } = condition;
     const beyond = this.variables.filter((name) => {
@@ -344,7 +351,7 @@ class Fingerprint {
 
   /** The observables of a condition by Eqs 3.28, 3.29 and 4.5, each with its interval. */
   predict(given) {
-    const condition = this.whole(given);
+    const condition = this.ofBalls(this.whole(given));
     const scaled = this.scaled(condition);
     const balls = this.balls(condition);
     const bands = { ...scaled, share: share(scaled.ratio) };

@@ -9,7 +9,7 @@ from typing import overload
 import numpy as np
 import pandas as pd
 
-from millprint.config.charge import ONE_SIZE, BallMixture, balls_in_words
+from millprint.config.charge import ONE_SIZE, BallMixture, balls_in_words, fill_from
 from millprint.config.errors import ConfigError
 from millprint.config.load import check_model
 from millprint.config.mill_sweep import FEWEST_FILLS
@@ -310,6 +310,14 @@ class Fingerprint:
         found = conditions_of(pd.DataFrame([given]), self.about, one=True)
         return Condition(**{name: float(values[0]) for name, values in vars(found).items()})
 
+    def _of_balls(self, condition: Condition, volume_m3: float) -> Condition:
+        """The condition with an end of the simulated fill ratios if it is beyond it, but has as many whole balls."""
+        one = fill_from("number", 1.0, 1e6 * volume_m3, 1e3 * condition.ball_diameter_m, condition.density_kg_m3)
+        nearest = np.clip(condition.fill_ratio, *self.fill_range)
+        is_same = np.rint(nearest / one) == np.rint(condition.fill_ratio / one)
+        fills = np.where(is_same, nearest, condition.fill_ratio)
+        return replace(condition, fill_ratio=fills if fills.ndim else float(fills))
+
     def _inputs(self, condition: Condition, charge: str) -> np.ndarray:
         rows = condition.rows()
         return log_rows(rows, [charge] * len(rows), self.kinds)
@@ -455,7 +463,7 @@ class Fingerprint:
         mass_g or bulk_filling; or ball_diameter_m; density_kg_m3 and amplitude_m if not as built. Further columns are
         kept. Raises ConfigError, in one line, for a missing column and an impossible condition.
         """
-        condition = conditions_of(conditions, self.about)
+        condition = self._of_balls(conditions_of(conditions, self.about), self.about["volume_m3"])
         told, width = self.scaled(condition), ("", *(f"_{end}" for end in ENDS))
         balls = np.array([ball_count(row[0], self.about["volume_m3"], row[2]) for row in condition.rows()])
         ends = {}
@@ -501,6 +509,7 @@ class Fingerprint:
         for name, value in (*vars(condition).items(), ("volume_m3", volume)):
             if not 0 < value < (1 if name == "fill_ratio" else np.inf):
                 raise ConfigError(f"{name} = {value:g}: must be over 0{' and under 1' * (name == 'fill_ratio')}")
+        condition = self._of_balls(condition, volume)
         scaled = self._with_intervals(bands(self.scaled(condition, charge)), condition.fill_ratio)
         scaled[SHARE.curve] = share_of(scaled["ratio"])
         balls = ball_count(condition.fill_ratio, volume, condition.ball_diameter_m)
