@@ -26,13 +26,15 @@ from millprint.config.included import included_mills, load_contact, load_mill
 from millprint.config.workflow import AtlasConfig
 from millprint.estimate.estimates import Estimate, Interval
 from millprint.figures.atlas_figures import plot_map
+from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_sheet import SHEET, Row
-from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.model import NO_IMPACTS, Fingerprint
 from millprint.mill.vessel import build_vessel
 from millprint.observables.definitions import DESCRIPTORS
 from millprint.run.files import read_table, write_json
 from tests.conftest import ROOT
 from tests.refusals import refusal, refusals
+from tests.unit.synthetic_mill import still, summary
 
 HELD_OUT_FILE = str(ROOT / "config/atlas/held_out.tsv")
 BALLS = {
@@ -412,12 +414,17 @@ def test_rows_beyond_a_limit_train_and_are_not_judged():
 
 
 def test_a_fingerprint_is_shown_beside_the_atlas(capsys, monkeypatch):
-    """The included mixer mill: what was simulated over what the atlas says, with a large difference named."""
-    asked = ["mixer", "--balls", "10", "--charge", "number=6", "--speed", "25Hz", "--simulated"]
-    estimate_condition.main(asked)
-    lines = [line for line in capsys.readouterr().out.splitlines() if "simulated" in line]
-    assert len(lines) == len(estimate_condition.TOLD)
-    for outside, large in (((), len(lines)), (("fill_ratio",), 0)):
+    """The included mixer mill: what was simulated over what the atlas says, with a large difference named.
+
+    It has 10 balls at 18 and 27 Hz, and curves between.
+    """
+    words, count = ("; simulated ", "; by its curves ", "; extrapolated "), len(estimate_condition.TOLD)
+    for number, speed, said in ((10, 18, words[0]), (6, 18, words[1]), (10, 25, words[1]), (10, 30, words[2])):
+        asked = f"mixer --balls 10 --charge number={number} --speed {speed}Hz --simulated".split()
+        estimate_condition.main(asked)
+        shown = capsys.readouterr().out
+        assert [shown.count(word) for word in words] == [count if word == said else 0 for word in words]
+    for outside, large in (((), count), (("fill_ratio",), 0)):
         monkeypatch.setattr(Fingerprint, "predict", lambda self, condition, outside=outside: SimpleNamespace(
             known=dict.fromkeys(estimate_condition.TOLD, Estimate(1e6, "W", scatter=Interval(9e5, 1.1e6))),
             outside=outside))  # fmt: skip
@@ -428,8 +435,22 @@ def test_a_fingerprint_is_shown_beside_the_atlas(capsys, monkeypatch):
 def test_a_fingerprint_of_a_mill_in_which_nothing_hits_is_shown_too(capsys, monkeypatch):
     known = dict.fromkeys(estimate_condition.TOLD, Estimate(math.nan, "J")) | {"wall_power_W": Estimate(1.0, "W")}
     monkeypatch.setattr(Fingerprint, "predict", lambda *_: SimpleNamespace(known=known, outside=()))
-    estimate_condition.main(["mixer", "--balls", "10", "--charge", "number=6", "--speed", "25Hz", "--simulated"])
-    assert "simulated" in capsys.readouterr().out
+    estimate_condition.main(["mixer", "--balls", "10", "--charge", "number=10", "--speed", "18Hz", "--simulated"])
+    assert "; simulated " in capsys.readouterr().out
+
+
+def test_where_nothing_hits_the_fingerprint_tells_only_the_power_beside_the_atlas(monkeypatch, tmp_path, capsys):
+    """Five balls in the included mixer mill as if they hit nothing, and seven that do: six are between."""
+    volume_m3 = 1e-6 * load_mill("mixer").volume_ml
+    runs = [make(count * np.pi / 6 * 0.01**3 / volume_m3, 10.0, 1080.0)
+            for count, make in ((5, still), (7, summary), (10, summary))]  # fmt: skip
+    own = Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), volume_m3, 0.95)
+    monkeypatch.setattr(estimate_condition, "_fingerprint", lambda *_: own)
+    for count, known, unknown in ((5, 1, 4), (6, 0, 5), (7, 5, 0)):
+        estimate_condition.main(f"mixer --balls 10 --charge number={count} --speed 18Hz --simulated".split())
+        shown = capsys.readouterr().out
+        assert shown.count("; simulated ") == known and shown.count("; not known") == unknown
+        assert (NO_IMPACTS in shown) == (unknown > 0)
 
 
 @pytest.mark.parametrize(

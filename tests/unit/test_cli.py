@@ -1,8 +1,8 @@
 """The command `millprint`: its help, what it refuses, the mills that it describes, the commands that it runs."""
 
+import math
 import os
 import signal
-import math
 import subprocess
 import sys
 import time

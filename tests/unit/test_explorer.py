@@ -26,7 +26,7 @@ from millprint.thesis.yields.stored_models import load_averaged, save_averaged, 
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT, configuration
 from tests.unit.factor_samples import factors_of
-from tests.unit.synthetic_mill import FILLS, VOLUME, overrides, still, summary
+from tests.unit.synthetic_mill import DENSITY, FILLS, VOLUME, overrides, still, summary
 from tests.unit.yield_settings import all_runs, thesis_yields
 
 CONTACTS = ("calibrated", "steel")
@@ -129,8 +129,9 @@ def _library(run: dict, state: dict) -> dict:
             }
         ]
     )
-    model = load_averaged(str(run["yield"]))
-    lower, upper = model.intervals(rows, [LEVEL])[:, 0].T
+    model, value, ends = load_averaged(str(run["yield"])), np.nan, (np.nan, np.nan)
+    if rows.notna().all(axis=None):
+        value, ends = model.predict(rows)[0], model.intervals(rows, [LEVEL])[0, 0]
     told = range_warnings(rows, trained_ranges(training_rows(str(run["yield"])), run["prediction"]))[0]
     return {
         "bands": [[getattr(getattr(found, name), end) for end in ("value", "lower", "upper")] for name in BANDS],
@@ -141,7 +142,7 @@ def _library(run: dict, state: dict) -> dict:
         ],
         "balls": found.balls,
         "outside": sorted(found.outside),
-        "yield": [float(model.predict(rows)[0]), float(lower[0]), float(upper[0])],
+        "yield": [float(each) for each in (value, *ends)],
         "not_trained": sorted(text.split(" = ")[0] for text in told.split("; ") if text),
     }
 
@@ -158,6 +159,9 @@ def page(run, browser):
 @needs_browser
 def test_the_page_computes_what_the_library_computes(run, page):
     states = _states(run["content"], 24)
+    # In the condition without impacts, as many balls as in it, and between it and one with.
+    layer = {"contact": 1, "ball_diameter_m": 0.005, "speed_hz": 10.0, "density_kg_m3": DENSITY}
+    states += [states[-1] | layer | {"fill_ratio": factor * FILLS[0]} for factor in (1.0, 1.001, 1.2)]
     script = f"""
       const ends = (band) => [band.value, band.lower, band.upper];
       return {states!r}.map((state) => {{
@@ -177,7 +181,8 @@ def test_the_page_computes_what_the_library_computes(run, page):
     for key in ("balls", "outside", "not_trained"):
         assert [each[key] for each in ours] == [each[key] for each in theirs]
     steel = [each["bands"] for each, state in zip(theirs, states, strict=True) if state["contact"] == 1]
-    assert {bool(np.isnan(bands[0][2])) for bands in steel} == {True, False}
+    assert {bool(np.isnan(bands[0][0])) for bands in steel} == {True, False}
+    assert np.isfinite([each["bands"][BANDS.index("wall_power_W")][0] for each in theirs[-3:]]).tolist() == [1, 1, 0]
     assert any(each["outside"] for each in theirs) and any(not each["outside"] for each in theirs)
     # Of the contact set that was analysed, and only where it was.
     known = {(state["contact"], each["contact"][0][0] > 0) for state, each in zip(states, theirs, strict=True)}

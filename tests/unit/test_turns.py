@@ -5,6 +5,8 @@ import pandas as pd
 import pytest
 
 from millprint.config.errors import ConfigError
+from millprint.config.fingerprint import SearchConfig
+from millprint.config.sweep import ball_count
 from millprint.dem.ledger import closure
 from millprint.dem.run import window_goes_on
 from millprint.dem.turns import (
@@ -16,7 +18,10 @@ from millprint.dem.turns import (
     motion_repeats,
     relative_error,
 )
+from millprint.dose.kinetics import HITS, NORMAL, TANGENTIAL, TOTAL, own_doses
 from millprint.estimate.estimates import factor_of
+from millprint.estimate.judge import AGREES
+from millprint.fingerprint.condition_search import rank_conditions, simulated_request
 from millprint.fingerprint.descriptors import (
     MOTIONS,
     lasting_motions,
@@ -27,8 +32,10 @@ from millprint.fingerprint.descriptors import (
     tabulate_descriptors,
     variance_of_run,
 )
+from millprint.fingerprint.match_words import match
 from millprint.fingerprint.mill_collapse import find_zones
 from millprint.fingerprint.model import LAYERS, Fingerprint
+from millprint.observables.definitions import DESCRIPTOR_SETS
 from millprint.run.files import read_json, write_json
 from tests.refusals import truths
 from tests.unit.synthetic_mill import VOLUME, still, summary
@@ -311,8 +318,21 @@ def test_nothing_is_known_between_a_condition_without_impacts_and_one_with(hits,
     assert own.fill_range == (hits[0], 0.20)
     asked = pd.DataFrame({"fill_ratio": [0.04, 0.05, 0.06, 0.07, *hits]}).assign(speed_hz=10.0, ball_diameter_mm=10.0)
     found = own.predict(asked)
-    for name in ("wall_power_W", "normal_power_W", "weighted_normal_energy_J", "specific_frequency_hz"):
-        assert found[f"{name}_upper"].isna().tolist() == [True] * 4 + [False] * len(hits)
+    unknown, known = [True] * 4, [False] * len(hits)
+    for name in ("normal_power_W", "weighted_normal_energy_J", "specific_frequency_hz"):
+        for end in ("", "_upper"):
+            assert found[f"{name}{end}"].isna().tolist() == unknown + known
+    assert found["outside"].tolist() == [LAYERS] * 4 + [""] * len(hits)
+    # Power is known of what was simulated, and not between.
+    assert found["wall_power_W_upper"].isna().tolist() == [False, True, False, True, *known]
+    power = [sum(run["power_W"][part] for part in ("tangential", "rolling")) for run in runs[:2]]
+    assert found["wall_power_W"].iloc[[0, 2]].tolist() == pytest.approx(power, rel=1e-6)
+    # A fill ratio of as many balls is the same charge, at which power is known.
+    count = ball_count(0.06, VOLUME, 0.01)
+    charge = own.condition(speed_hz=10.0, ball_diameter_m=0.01, number=count)
+    assert own.predict(charge).wall_power_W.value == found["wall_power_W"].iloc[2]
+    assert own.as_simulated(charge).fill_ratio == pytest.approx(0.06)
+    assert own.as_simulated(own.condition(speed_hz=10.0, ball_diameter_m=0.01, number=count + 2)) is None
     one = own.predict(own.condition(speed_hz=10.0, ball_diameter_m=0.01, fill_ratio=0.07))
     assert np.isnan(one.tangential_share.upper) and np.isnan(one.normal_power_W.ends("mean")).all()
     assert fitted.predict(asked).equals(found)
@@ -322,6 +342,38 @@ def test_nothing_is_known_between_a_condition_without_impacts_and_one_with(hits,
     write_json(content, tmp_path / "own.json")
     with pytest.raises(ConfigError, match="no_impacts: must have as many of each variable"):
         Fingerprint.read(tmp_path / "own.json")
+
+
+def test_where_nothing_hits_nothing_is_dosed_or_matched(tmp_path):
+    runs = [make(fill, 10.0, speed) for speed in (600.0, 1200.0) for fill, make in
+            ((0.05, summary), (0.10, still), (0.20, summary), (0.30, summary))]  # fmt: skip
+    own = Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)
+    fills = [0.10, 0.15, 0.20]
+    asked = pd.DataFrame({"case": list("abc"), "mill": own.about["mill"], "fill_ratio": fills}).assign(
+        powder_mass_g=3.0, time_h=1.0, speed_rpm=600.0, ball_diameter_mm=10.0
+    )
+    asked.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    table = own_doses(tmp_path / "runs.tsv", {own.about["mill"]: own})
+    assert table["outside"].tolist() == [LAYERS, LAYERS, ""]
+    for name, known in {NORMAL: [0, 0, 1], TANGENTIAL: [0, 0, 1], HITS: [0, 0, 1], TOTAL: [1, 0, 1]}.items():
+        assert table[name].notna().tolist() == known
+    still_one, one = (own.condition(speed_rpm=600.0, ball_diameter_mm=10.0, fill_ratio=fill) for fill in (0.10, 0.20))
+    with pytest.raises(ConfigError, match="nothing can be matched to it"):
+        match(own, still_one, own)
+    # What it had between, by the curves of its neighbours, is proposed nowhere.
+    between = {name: float(value[0]) for name, value in own_curves(own, fill=0.13).items()}
+    rows = rank_conditions(between, [own], SearchConfig())
+    assert len(rows) and not rows["fill_ratio"].between(0.0501, 0.1999).any()
+    assert match(own, one, own)["verdict"].iloc[0] == AGREES
+    # The page of such a mill begins with what it can do.
+    assert simulated_request(own, "weighted").targets[0].given
+
+
+def own_curves(own: Fingerprint, fill: float) -> dict[str, np.ndarray]:
+    """The weighted energies of a condition on the curves, as if no condition without impacts were known."""
+    blind = Fingerprint(own.about, own.processes)
+    found = blind.descriptors(own.condition(speed_rpm=900.0, ball_diameter_mm=10.0, fill_ratio=fill))
+    return {name: found[name] for name in DESCRIPTOR_SETS["weighted"]}
 
 
 def test_a_charge_without_impacts_says_nothing_of_other_balls():

@@ -29,6 +29,7 @@ def main(arguments: list[str], name: str = "dose") -> None:
     options = parser.parse_args(arguments)
     from millprint.config.included import SOURCES
     from millprint.dose.kinetics import (
+        AXES,
         DOSE_OF,
         HITS,
         TIME,
@@ -38,7 +39,7 @@ def main(arguments: list[str], name: str = "dose") -> None:
         said_of_dose,
         said_of_shear,
     )
-    from millprint.fingerprint.model import Fingerprint
+    from millprint.fingerprint.model import LAYERS, NO_IMPACTS, Fingerprint
     from millprint.fingerprint.readers import find_fingerprint
 
     paths = [find_fingerprint(mill, options.results, SOURCES) for mill in options.fingerprints]
@@ -48,15 +49,20 @@ def main(arguments: list[str], name: str = "dose") -> None:
     if options.out:
         write_table(table, options.out)
     shown = ["case", "mill", TIME, *DOSE_OF, HITS, POWER, "outside"]
-    print(table[shown].to_string(index=False, float_format="{:.4g}".format))
+    print(table[shown].to_string(index=False, float_format="{:.4g}".format, na_rep="not known"))
+    if still := ", ".join(table["case"][table["outside"].str.contains(LAYERS)]):
+        print(f"{still}: {NO_IMPACTS}")
     for said in filter(None, (own.few_turns_in_words() for own in known.values())):
         print(said)
     if YIELD in table:
+        told = table[table[list(AXES)].notna().all(axis=1)]
+        if len(told) < len(table):
+            print(f"kinetics of the {len(told)} runs of which every dose is known")
         try:
-            kinetics = fit_kinetics(table)
+            kinetics = fit_kinetics(told)
         except ConfigError as reason:
             # The doses are right all the same.
             print(f"no kinetics: {reason}")
             return
         print(kinetics.to_string(index=False, float_format="{:.4g}".format, na_rep="-"))
-        print(said_of_dose(table, kinetics, str(options.runs)), said_of_shear(table))
+        print(said_of_dose(told, kinetics, str(options.runs)), said_of_shear(told))

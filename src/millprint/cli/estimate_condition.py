@@ -22,6 +22,7 @@ both intervals allow, and than 30 %, is worth a look, into the mill's file first
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -144,27 +145,36 @@ def quantity(value: float, unit: str) -> str:
     return f"{three(factor * value)} {shown}"
 
 
-def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> tuple[dict[str, str], str]:
-    """What the mill's fingerprint has for the condition over what the atlas says, in words, of each of TOLD; and which
-    settings it is extrapolated in, if any.
+def simulated_over_atlas(found: MillEstimate, fingerprint: Fingerprint) -> tuple[dict[str, str], list[str]]:
+    """What the mill's fingerprint has for the condition over what the atlas says, in words, of each of TOLD; and notes
+    on where it is extrapolated, or nothing hits.
 
-    A difference is large as of `beside_simulation.is_far`, and nothing is told from extrapolated curves.
+    It is simulated if that charge was simulated at these settings, and by curves otherwise. A difference is large as of
+    `beside_simulation.is_far`, and nothing is told from extrapolated curves.
     """
     from millprint.atlas.beside_simulation import LARGE, is_far
     from millprint.fingerprint.condition_search import variables_in_words
+    from millprint.fingerprint.model import LAYERS, NO_IMPACTS
 
     own = found.condition
     condition = fingerprint.condition(
         speed_hz=own["speed_hz"], ball_diameter_mm=own["ball_diameter_mm"], number=own["number"],
         density_kg_m3=own["density_kg_m3"],
     )  # fmt: skip
-    prediction, said = fingerprint.predict(condition), {}
-    how = "extrapolated" if prediction.outside else "simulated"
+    simulated = fingerprint.as_simulated(condition)
+    prediction, said = fingerprint.predict(simulated or condition), {}
+    outside = tuple(name for name in prediction.outside if name != LAYERS)
+    notes = [f"the fingerprint is extrapolated: {variables_in_words(outside)} not simulated"] if outside else []
+    notes += [f"the fingerprint: {NO_IMPACTS}"] if LAYERS in prediction.outside else []
+    how = "simulated" if simulated else "extrapolated" if outside else "by its curves"
     for name in TOLD:
-        simulated, told_ = prediction.known[name], found.known[name]
-        large = f", {LARGE}" if not prediction.outside and is_far(simulated, told_) else ""
-        said[name] = f"; {how} {three(simulated.value / told_.value)} of it{large}"
-    return said, variables_in_words(prediction.outside)
+        own, told_ = prediction.known[name], found.known[name]
+        if math.isnan(own.value):
+            said[name] = "; not known"
+            continue
+        large = f", {LARGE}" if not outside and is_far(own, told_) else ""
+        said[name] = f"; {how} {three(own.value / told_.value)} of it{large}"
+    return said, notes
 
 
 def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[str]:
@@ -181,9 +191,8 @@ def told(found: MillEstimate, fingerprint: Fingerprint | None = None) -> list[st
             f"  balls roll, slide or go round with the wall: only power is told (hits {100 * found.hits:.0f} % likely)"
         )
         rows = {name: words for name, words in TOLD.items() if name == "wall_power_W"}
-    compared, outside = simulated_over_atlas(found, fingerprint) if fingerprint else ({}, "")
-    if outside:
-        lines.append(f"  the fingerprint is extrapolated: {outside} not simulated")
+    compared, notes = simulated_over_atlas(found, fingerprint) if fingerprint else ({}, [])
+    lines += [f"  {note}" for note in notes]
     for name, words in rows.items():
         value = found.known[name]
         factor, unit = prefix_of(value.value, value.unit)

@@ -83,8 +83,9 @@ def share_of_one(run: pd.Series) -> str:
 def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd.DataFrame:
     """Doses of a user's runs: columns case, mill, powder_mass_g, time_h, fill_ratio, speed_rpm, ball_diameter_mm.
 
-    Adds the doses, wall_power_W, and `outside`, what is outside the simulated ranges; yield_percent is kept. Raises
-    ConfigError, in one line, for a bad cell, such as a mass of 0, and for a mill without a fingerprint.
+    Adds the doses, wall_power_W, and `outside`, what is outside the simulated ranges; yield_percent is kept. Doses by
+    hits are NaN at conditions without impacts and next to them, where `outside` says no_impacts. Raises ConfigError, in
+    one line, for a bad cell, such as a mass of 0, and for a mill without a fingerprint.
     """
     numbers = [Number(name, *WRITTEN[name]) if name in WRITTEN else Number(name, 0, above=True) for name in POSITIVE]
     table = read_measured(path, [Text(CASE, unique=True), Text("mill"), *numbers, Number(YIELD, 0, 100, optional=True)])

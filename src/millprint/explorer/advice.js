@@ -10,13 +10,13 @@ function adviceFor(explorer, found) {
   const fills = fromTo(...about.ranges.fill_ratio);
   const use = [];
   const avoid = [];
-  if (found.outside.length) {
-    const names = listed(found.outside.map(nameOf));
-    avoid.push(`A decision on these settings: ${names} ${found.outside.length > 1 ? "were" : "was"} not simulated here, and the scaling laws were not tested so far from the simulations.`);
+  const beyond = beyondOf(found);
+  if (beyond.length) {
+    avoid.push(`A decision on these settings: ${listed(beyond)} ${beyond.length > 1 ? "were" : "was"} not simulated here, and the scaling laws were not tested so far from the simulations.`);
   }
   const unknown = Object.keys(RESULTS).filter((name) => Number.isNaN(found[name].lower + found[name].upper));
-  if (fingerprint.isUnknown(fingerprint.point(fingerprint.whole(state)))) {
-    avoid.push("Any decision: in a simulated condition next to this one, all balls move as one layer and nothing hits. Take a higher fill ratio.");
+  if (found.outside.includes(NO_IMPACTS)) {
+    avoid.push("Any decision by hits: here or in a simulated condition next to this one, all balls move as one layer and nothing hits. Take a higher fill ratio.");
   } else if (unknown.length) {
     const names = listed(unknown.map((name) => RESULTS[name].label.replace(/^[A-Z](?=[a-z])/, (letter) => letter.toLowerCase())));
     avoid.push(`A decision by the ${names}: not known here. More simulations tell: millprint fingerprint ${mill.name} --config 'mills={precision: fine}'.`);

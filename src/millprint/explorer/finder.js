@@ -45,7 +45,8 @@ class Finder {
     const { explorer } = this;
     const { state, mill } = explorer;
     const found = explorer.answer(state);
-    this.target = new Target(Object.fromEntries(this.asked.map((name) => [name, found[name]])), {
+    const known = this.asked.filter((name) => !Number.isNaN(found[name].value));
+    this.target = new Target(Object.fromEntries(known.map((name) => [name, found[name]])), {
       power_W_kg: powerOfMass(found, state),
       outside: found.outside,
       time_h: state.time_h,
@@ -126,7 +127,7 @@ class Finder {
     byId("choices").replaceChildren();
     byId("found").hidden = true;
     if (!target.asked.some((name) => mill.content.search.weights[name] > 0)) {
-      said.textContent = "Give at least one descriptor.";
+      said.textContent = target.words ? "Nothing is known of its hits." : "Give at least one descriptor.";
       return [];
     }
     button.disabled = true;

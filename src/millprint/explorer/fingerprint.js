@@ -9,6 +9,8 @@ const BY_COLLISION = OBSERVABLES.filter(({ adds_up, curve }) => !adds_up && curv
 const ONE_SIZE = "";
 // An interval whose ends are farther apart than this factor says nothing: they count as not known; as in Python.
 const WIDEST = 10;
+// Where nothing hits, as a reason; as in Python.
+const NO_IMPACTS = "no_impacts";
 // Conditions are the same within this difference of logarithms.
 const SAME = 1e-5;
 // Parts of a power: the whole, and their share in it by a ratio; rising with the ratio or not.
@@ -23,9 +25,10 @@ const PARTS = {
 class LogProcess {
   /**
    * content: from Process.to_dict, with `reduced` where the curve is that of a few conditions
-   * (millprint.fingerprint.processes); inputs: logarithms of the variables, a row for each condition.
+   * (millprint.fingerprint.processes); inputs: logarithms of the variables, a row for each condition; layers: of those
+   * without impacts, which the curve leaves out.
    */
-  constructor(content, inputs) {
+  constructor(content, inputs, layers) {
     const parameters = content.log_parameters.map(Math.exp);
     const width = inputs[0].length + 1;
     this.parts = [];
@@ -36,7 +39,7 @@ class LogProcess {
     this.sampling = content.sampling;
     this.stretch = content.stretch;
     this.variance = this.parts.reduce((sum, part) => sum + part.variance, 0);
-    this.simulated = { ...content, inputs };
+    this.simulated = [{ ...content, inputs }, ...(content.apart ? [{ ...content.apart, inputs: layers }] : [])];
     if (content.reduced) this.knowFew(content.reduced);
     else this.knowAll(content, inputs);
   }
@@ -104,9 +107,11 @@ class LogProcess {
 
   /** What was simulated at a point; null where nothing was. */
   asSimulated(point) {
-    const { inputs, values, relative_errors, seeds } = this.simulated;
-    const place = inputs.findIndex((row) => row.every((value, k) => Math.abs(value - point[k]) < SAME));
-    if (place < 0) return null;
+    const isHere = (row) => row.every((value, k) => Math.abs(value - point[k]) < SAME);
+    const known = this.simulated.find(({ inputs }) => inputs.some(isHere));
+    if (!known) return null;
+    const { inputs, values, relative_errors, seeds } = known;
+    const place = inputs.findIndex(isHere);
     const runs = seeds?.[place] ?? 1;
     const square = relative_errors[place] ** 2;
     const [lasting, factor] = runs === 1 ? [this.noise, this.stretch] : [0, 1];
@@ -199,12 +204,12 @@ class Fingerprint {
     this.conditions = conditions.length;
     const inputs = conditions.map((condition) => this.point(condition));
     const { no_impacts: still = {} } = content;
-    const layers = (still.fill_ratio ?? []).map((_, i) =>
+    this.layers = (still.fill_ratio ?? []).map((_, i) =>
       this.point(Object.fromEntries(Object.entries(still).map(([name, column]) => [name, column[i]]))),
     );
-    this.isUnknown = (point) => layers.length > 0 && isNearLayer(point, inputs, layers);
+    this.isUnknown = (point) => this.layers.length > 0 && isNearLayer(point, inputs, this.layers);
     this.processes = Object.fromEntries(
-      Object.entries(content.processes).map(([name, process]) => [name, new LogProcess(process, inputs)]),
+      Object.entries(content.processes).map(([name, process]) => [name, new LogProcess(process, inputs, this.layers)]),
     );
   }
 
@@ -215,6 +220,16 @@ class Fingerprint {
   whole(condition) {
     const { density_kg_m3, amplitude_m } = this.about;
     return { density_kg_m3, amplitude_m, ...condition };
+  }
+
+  /** Whether nothing is known of hits in a condition: one without impacts is at it or next to it. */
+  isNearLayers(condition) {
+    return this.isUnknown(this.point(condition));
+  }
+
+  /** The fill ratios of the conditions without impacts. */
+  get layerFills() {
+    return this.layers.map((row) => Math.exp(row[0]));
   }
 
   /** The inputs of the processes for a condition: logarithms and, with several kinds of balls, the place of its kind. */
@@ -267,20 +282,22 @@ class Fingerprint {
     return complete(Object.fromEntries(needed.map((name) => [name, Math.exp(of(name, this.processes[name]))])));
   }
 
-  /** Scaled quantities of collisions without bands, on the curves. */
+  /** Scaled quantities of collisions without bands, on the curves; NaN around conditions without impacts. */
   means(condition) {
     const point = this.point(condition);
-    return this.read((name, process) => process.mean(point), OF_COLLISIONS);
+    const isUnknown = this.isUnknown(point);
+    return this.read((name, process) => (isUnknown ? NaN : process.mean(point)), OF_COLLISIONS);
   }
 
   /** Scaled quantities with the band of a new simulation; the mean's band is the first of the further intervals. */
   scaled(condition) {
     const point = this.point(condition);
-    const least = this.isUnknown(point) ? Math.log(WIDEST) : 0;
+    const isUnknown = this.isUnknown(point);
     const logs = Object.fromEntries(
       Object.entries(this.processes).map(([name, process]) => {
-        const { log, ofMean, ofNew } = process.predict(point);
-        return [name, { log, ofMean: Math.max(ofMean, least), ofNew: Math.max(ofNew, least) }];
+        const own = process.predict(point);
+        // In a condition without impacts, powers are known.
+        return [name, isUnknown && !process.asSimulated(point) ? { ...own, log: NaN } : own];
       }),
     );
     const values = this.read((name) => logs[name].log);
@@ -333,20 +350,27 @@ class Fingerprint {
     );
   }
 
-  /** A condition with an end of the simulated fill ratios if it is beyond it, but has as many whole balls. */
+  /** A condition with a simulated fill ratio that has as many whole balls, beyond the ends and without impacts. */
   ofBalls(condition) {
+    const { fill_ratio: fill } = condition;
     const [low, high] = this.about.ranges.fill_ratio;
-    const nearest = { ...condition, fill_ratio: Math.min(Math.max(condition.fill_ratio, low), high) };
+    const apart = (other) => Math.abs(Math.log(other / fill));
+    const nearest = { ...condition, fill_ratio: this.isNearLayers(condition)
+      ? this.layerFills.reduce((one, other) => (apart(other) < apart(one) ? other : one))
+      : Math.min(Math.max(fill, low), high) };
     return this.balls(nearest) === this.balls(condition) ? nearest : condition;
   }
 
   outside(condition) {
     const { charge = ONE_SIZE } = condition;
+    const near = this.isNearLayers(condition);
     const beyond = this.variables.filter((name) => {
-      const [low, high] = this.range(name, charge);
-      return !(low * (1 - 1e-9) <= condition[name] && condition[name] <= high * (1 + 1e-9));
+      const known = this.range(name, charge);
+      // Fill ratios without impacts were simulated too.
+      const ends = near && name === "fill_ratio" ? [...known, ...this.layerFills] : known;
+      return !(Math.min(...ends) * (1 - 1e-9) <= condition[name] && condition[name] <= Math.max(...ends) * (1 + 1e-9));
     });
-    return this.media.includes(charge) ? beyond : [...beyond, "charge"];
+    return [...beyond, ...(this.media.includes(charge) ? [] : ["charge"]), ...(near ? [NO_IMPACTS] : [])];
   }
 
   /** The observables of a condition by Eqs 3.28, 3.29 and 4.5, each with its interval. */

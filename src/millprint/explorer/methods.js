@@ -35,7 +35,8 @@ function methodsText(explorer, found) {
     `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${timeText(state.time_h)}, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,
     ...explorer.finder.matchedWords(found),
     ...fewTurnsWords(fingerprint),
-    ...(found.outside.length ? [`Outside the simulated range: ${listed(found.outside.map(nameOf))}.`] : []),
+    ...(beyondOf(found).length ? [`Outside the simulated range: ${listed(beyondOf(found))}.`] : []),
+    ...noImpactsWords(found),
     `(Fingerprint file with SHA-256 ${mill.content.fingerprints[explorer.contact].digest}….)`,
   ];
   return said.join(" ");

@@ -49,6 +49,12 @@ const fewTurnsWords = ({ about: { few_turns: few } }) =>
 /** The name of a setting within a sentence. */
 const nameOf = (name) => (SETTINGS[name]?.label ?? NAMES[name]).toLowerCase();
 
+/** The settings that were not simulated, in words. */
+const beyondOf = ({ outside }) => outside.filter((name) => name !== NO_IMPACTS).map(nameOf);
+/** What stands with numbers where nothing hits. */
+const noImpactsWords = ({ outside }) =>
+  outside.includes(NO_IMPACTS) ? ["Nothing hits here, or in a simulated condition next to this one, so that hits are not known."] : [];
+
 class Results {
   constructor(explorer) {
     this.explorer = explorer;
@@ -115,10 +121,9 @@ class Results {
 
   warnings(found) {
     const said = [];
-    if (found.outside.length) {
-      const names = found.outside.map(nameOf).join(", ");
-      said.push(`Not simulated: ${names}. The scaling laws extrapolate, with a wider interval.`);
-    }
+    const beyond = beyondOf(found);
+    if (beyond.length) said.push(`Not simulated: ${beyond.join(", ")}. The scaling laws extrapolate, with a wider interval.`);
+    said.push(...noImpactsWords(found));
     said.push(...fewTurnsWords(this.explorer.fingerprint));
     const outside = found.yield_percent?.outside ?? [];
     if (outside.length) {

@@ -18,6 +18,8 @@ function localMinima(residualsAt, fills, speeds, grid) {
   const found = [];
   values.forEach((row, i) =>
     row.forEach((value, j) => {
+      // Nothing is known of hits there.
+      if (Number.isNaN(value)) return;
       for (let a = Math.max(0, i - 1); a <= Math.min(values.length - 1, i + 1); a += 1) {
         for (let b = Math.max(0, j - 1); b <= Math.min(row.length - 1, j + 1); b += 1) {
           if (values[a][b] < value) return;

@@ -103,9 +103,10 @@ class YieldModel {
     return 100 * Math.min(Math.max((low + high) / 2, 0), 1);
   }
 
-  /** Mean yield and the central interval of a measurement [%], and what is outside the trained range. */
+  /** Mean yield and the central interval of a measurement [%], and what is outside the trained range; NaN without energies. */
   predict(conditions) {
     const inputs = this.inputs(conditions);
+    if (inputs.some(Number.isNaN)) return { value: NaN, lower: NaN, upper: NaN, outside: this.outside(conditions) };
     const latent = this.members.map((member) => member.latent(inputs));
     const { level } = this.content;
     return {

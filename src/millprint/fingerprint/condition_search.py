@@ -20,7 +20,7 @@ from millprint.estimate.estimates import Estimate, Interval, columns_of, odds_of
 from millprint.estimate.judge import NO_INTERVAL, OPEN, Allowed, Verdict, judge, judge_all
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.model import LAYERS, NO_IMPACTS, Fingerprint
 from millprint.fingerprint.plausible import check_near
 from millprint.fingerprint.predicted_values import Prediction
 from millprint.observables.condition import Condition
@@ -124,6 +124,8 @@ def verdicts_on(
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, all far wider than a step.
 GRID = (81, 61)
+# The distance of what is not known, farther than all others.
+UNKNOWN = 1e3
 # Sizes that balls are sold in [mm].
 SOLD_MM = (0.5, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 20, 25, 30, 40, 50)
 # Decimals of the distance to which conditions come equally near.
@@ -160,7 +162,7 @@ def _local_minima(
 
     def distances(fill: np.ndarray, speed: np.ndarray) -> np.ndarray:
         found = fingerprint.descriptors(replace(balls, fill_ratio=fill, speed_hz=speed), charge)
-        return distance(found, target, weights)
+        return np.nan_to_num(distance(found, target, weights), nan=UNKNOWN)
 
     def cost(place: np.ndarray) -> float:
         return float(distances(*np.exp(place)[:, None])[0] ** 2)
@@ -168,7 +170,7 @@ def _local_minima(
     fill, speed = np.meshgrid(*axes, indexing="ij")
     grid = distances(fill.ravel(), speed.ravel()).reshape(fill.shape)
     around = sliding_window_view(np.pad(grid, 1, mode="edge"), (3, 3))
-    for i, j in np.argwhere(grid == around.min(axis=(2, 3))):
+    for i, j in np.argwhere((grid < UNKNOWN) & (grid == around.min(axis=(2, 3)))):
         start = np.log([axes[0][i], axes[1][j]])
         # Squared distances are smooth, so their slope is right at a target that can be met.
         found = minimize(
@@ -358,6 +360,8 @@ def target_at(
         check_same_count(other.about["mill"], other.about, fingerprint, request.descriptors)
     other.check_known(request.asked)
     found = other.predict(condition, charge=charge)
+    if LAYERS in found.outside:
+        raise ConfigError(f"{other.about['mill']}: {NO_IMPACTS}; nothing can be matched to it")
     wanted = {name: getattr(found, name) for name in names}
     power, probability = power_of_mass(found, condition), other.about["probability"]
     return Target(wanted, request.asked, power, probability, found.outside, other.few_turns_in_words())
@@ -400,12 +404,15 @@ def _sizes_between(fingerprint: Fingerprint) -> list[float]:
 def simulated_request(fingerprint: Fingerprint, names: DescriptorSet) -> MatchConfig:
     """A request for everything that was simulated for a fingerprint.
 
-    The target has a set of descriptors of one condition: middle fill ratio, slowest speed and first balls.
+    The target has a set of descriptors of one condition: middle fill ratio, slowest speed and first balls, or what was
+    simulated with impacts next to it.
     """
     low, high = fingerprint.fill_range
     diameter, charge = fingerprint.balls(fingerprint.choices()[0])
     slowest = fingerprint.about["ranges"]["speed_hz"][0]
     middle = fingerprint.condition(speed_hz=slowest, ball_diameter_m=diameter, fill_ratio=(low * high) ** 0.5)
+    if fingerprint.near_layers(middle, charge).any():
+        middle = fingerprint.nearest_with_impacts(middle, charge)
     found = fingerprint.predict(middle, charge=charge)
     target = TargetConfig(name="middle", **{name: getattr(found, name).value for name in DESCRIPTOR_SETS[names]})
     return MatchConfig(targets=[target], descriptors=names, **ranges_of(SearchConfig(), fingerprint))

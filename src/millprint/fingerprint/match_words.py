@@ -191,7 +191,7 @@ def match_in_words(
     hours: milling time of the target.
     """
     if rows.empty:
-        return ["no setting: none of the requested fill ratios was simulated"]
+        return ["no setting: none of the requested fill ratios was simulated with impacts"]
     best = best_of(rows)
     if units := list(units_in_words(best, target)):
         return [f"not met on {best['mill']}: {'; '.join(units)}"]

@@ -37,6 +37,7 @@ from millprint.fingerprint.predicted_values import (
     with_parts,
 )
 from millprint.fingerprint.processes import (
+    SAME,
     Predictor,
     Process,
     Told,
@@ -56,8 +57,11 @@ from millprint.run.files import write_json
 SHARED = ("restitution", "static_friction", "collision_gap_turns", "density_kg_m3", "amplitude_m")
 NO_CHARGES: Mapping[str, BallMixture] = {}
 SETTING = ["ball_diameter_m", "speed_hz"]
-# Where a fingerprint's file has the conditions without impacts, and the quantities that are known without impacts.
+# The conditions without impacts, in a fingerprint's file and as a reason, also in words; the powers that are known
+# without impacts, and what their curves are of.
 LAYERS, WHOLE = "no_impacts", ("P", "Pw")
+NO_IMPACTS = "nothing hits there, or in a simulated condition next to it, so that nothing is known of hits"
+OF_WHOLE = (*WHOLE, "rolling_ratio")
 
 
 def describe(
@@ -101,7 +105,7 @@ class Fingerprint:
 
     about: as from `describe`; processes: a Process for each of CURVES; further: the factors of each origin of intervals
     that was analysed in addition to the scatter of the simulation; layers: inputs (m, 5 or 6) of the conditions without
-    impacts, which the processes leave out, and around which nothing is known.
+    impacts, which the curves leave out, and around which nothing is known; in them, the power is.
     """
 
     def __init__(
@@ -166,6 +170,11 @@ class Fingerprint:
         few = int(said_of(descriptors, "few_turns").sum())
         told = {"no_curve": without, "few_turns": few}
         layers = np.empty((0, inputs.shape[1])) if nothing_hits else logarithms(still, kinds)
+        for quantity in OF_WHOLE if len(layers) else ():
+            known = still[quantity].to_numpy(dtype=float)
+            if quantity in processes and (np.isfinite(known) & (known > 0)).all():
+                stated, seeds = (still[f"{quantity}_se"] / known).to_numpy(dtype=float), still["seeds"].to_numpy()
+                processes[quantity] = processes[quantity].with_apart(layers, np.log(known), stated, seeds)
         return cls({**about, **{name: own for name, own in told.items() if own}}, processes, layers=layers)
 
     def with_further(self, further: Mapping[str, Factors]) -> "Fingerprint":
@@ -182,8 +191,9 @@ class Fingerprint:
         if factors.sampled is None:
             return {}
         settings = factors.sampled.model_dump(include=set(VARIABLES))
-        table = self.scaled(Condition(fill_ratio=np.array(factors.fill_ratios), **settings), factors.sampled.charge)
-        return {name: table[name].to_numpy() for name in CURVES}
+        sampled = Condition(fill_ratio=np.array(factors.fill_ratios), **settings)
+        inputs = self._inputs(sampled, factors.sampled.charge)
+        return from_curves({name: np.exp(own.predict(inputs).logs) for name, own in self.predictors.items()})
 
     def write(self, path: str | Path) -> None:
         """Write the fingerprint as JSON: description, data, parameters of its processes, and further factors."""
@@ -219,7 +229,7 @@ class Fingerprint:
             later = {name: LATER for name in LATER_CURVES if name not in stored and name not in without}
             about = {**about, "no_curve": {**without, **later}} if later else about
             known = [name for name in CURVES if name not in {**without, **later}]
-            processes = {name: Process.from_dict(stored[name], inputs) for name in known}
+            processes = {name: Process.from_dict(stored[name], inputs, layers) for name in known}
             further = {
                 origin: checked_factors(content[origin], origin, about, f"{path}: {origin}")
                 for origin in FURTHER
@@ -310,10 +320,14 @@ class Fingerprint:
         found = conditions_of(pd.DataFrame([given]), self.about, one=True)
         return Condition(**{name: float(values[0]) for name, values in vars(found).items()})
 
-    def _of_balls(self, condition: Condition, volume_m3: float) -> Condition:
-        """The condition with an end of the simulated fill ratios if it is beyond it, but has as many whole balls."""
+    def _of_balls(self, condition: Condition, volume_m3: float, charge: str = ONE_SIZE) -> Condition:
+        """The condition with a simulated fill ratio of as many whole balls, if it is beyond the ends or near LAYERS."""
         one = fill_from("number", 1.0, 1e6 * volume_m3, 1e3 * condition.ball_diameter_m, condition.density_kg_m3)
         nearest = np.clip(condition.fill_ratio, *self.fill_range)
+        if (near := self.near_layers(condition, charge)).any():
+            fills = np.exp(self.layers[:, 0])
+            closest = fills[np.abs(np.log(fills / np.atleast_1d(condition.fill_ratio)[:, None])).argmin(axis=1)]
+            nearest = np.where(near, closest, nearest).reshape(np.shape(nearest))
         is_same = np.rint(nearest / one) == np.rint(condition.fill_ratio / one)
         fills = np.where(is_same, nearest, condition.fill_ratio)
         return replace(condition, fill_ratio=fills if fills.ndim else float(fills))
@@ -323,11 +337,14 @@ class Fingerprint:
         return log_rows(rows, [charge] * len(rows), self.kinds)
 
     def descriptors(self, condition: Condition, charge: str = ONE_SIZE) -> dict[str, np.ndarray]:
-        """Energies [J], frequencies over the balls [1/s] and share of shear (m,) of the conditions, without bands."""
+        """Energies [J], frequencies over the balls [1/s] and share of shear (m,) of the conditions, without bands.
+
+        NaN around conditions without impacts.
+        """
         inputs = self._inputs(condition, charge)
+        unknown = np.where(self._near_layers(inputs), np.nan, 1.0)
         read = (name for name in OF_COLLISIONS if name in self.predictors)
-        known = {name: np.exp(self.predictors[name].mean(inputs)) for name in read}
-        scaled = from_curves(known)
+        scaled = from_curves({name: unknown * np.exp(self.predictors[name].mean(inputs)) for name in read})
         return {**descriptors_of(condition, scaled), SHARE.name: scaled["ratio"] / (1 + scaled["ratio"])}
 
     def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
@@ -336,16 +353,34 @@ class Fingerprint:
 
     def told(self, inputs: np.ndarray) -> pd.DataFrame:
         """`scaled` at inputs (m, 5 or 6) of the processes."""
-        told = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
-        return banded(self._unknown_at_layers(inputs, told), self.width)
+        near, told = self._near_layers(inputs), {}
+        for name, predictor in self.predictors.items():
+            # In a condition without impacts, powers are known.
+            unknown, own = near & ~predictor.nearest(inputs)[1], predictor.predict(inputs)
+            told[name] = own._replace(logs=np.where(unknown, np.nan, own.logs))
+        return banded(told, self.width)
 
-    def _unknown_at_layers(self, inputs: np.ndarray, told: Mapping[str, Told]) -> dict[str, Told]:
-        """Predictions at inputs (m, 5 or 6), without bands around conditions without impacts."""
-        least = np.where(are_near_layers(inputs, self.inputs, self.layers), np.log(WIDEST), 0.0)
-        return {
-            name: Told(own.logs, np.maximum(own.of_mean, least), np.maximum(own.of_new, least))
-            for name, own in told.items()
-        }
+    def near_layers(self, condition: Condition, charge: str = ONE_SIZE) -> np.ndarray:
+        """Whether nothing is known of hits in each of the conditions (m,): one without impacts is next to it."""
+        return self._near_layers(self._inputs(condition, charge))
+
+    def _near_layers(self, inputs: np.ndarray) -> np.ndarray:
+        return are_near_layers(inputs, self.inputs, self.layers)
+
+    def nearest_with_impacts(self, condition: Condition[float], charge: str = ONE_SIZE) -> Condition[float]:
+        """The simulated condition with impacts that is nearest, of the same kind of balls."""
+        apart = np.abs(self.inputs - self._inputs(condition, charge))
+        apart[:, len(VARIABLES) :] *= 1e6
+        return Condition(*np.exp(self.inputs[apart.sum(axis=1).argmin(), : len(VARIABLES)]).tolist())
+
+    def as_simulated(self, condition: Condition[float], charge: str = ONE_SIZE) -> Condition[float] | None:
+        """The simulated condition, with impacts or without, of these settings and as many balls; None without one."""
+        known, asked = np.vstack([self.inputs, self.layers]), self._inputs(condition, charge)[0]
+        volume_m3, diameter_m = self.about["volume_m3"], condition.ball_diameter_m
+        balls = ball_count(condition.fill_ratio, volume_m3, diameter_m)
+        fills = np.exp(known[np.abs(known[:, 1:] - asked[1:]).max(axis=1) < SAME, 0])
+        found = [fill for fill in fills.tolist() if ball_count(fill, volume_m3, diameter_m) == balls]
+        return replace(condition, fill_ratio=found[0]) if found else None
 
     def check_known(self, descriptors: Iterable[str]) -> None:
         """Raise ConfigError, in one line, for a descriptor without a curve."""
@@ -380,9 +415,10 @@ class Fingerprint:
                 )
         inputs = self.at_settings(fill_ratios)
         curves = {name: predictor.curve(inputs) for name, predictor in self.predictors.items()}
-        told = {}
-        for name, own in self._unknown_at_layers(inputs, curves).items():
-            each = Told(*(part.reshape(fill_ratios.size, -1) for part in own))
+        told, least = {}, np.where(self._near_layers(inputs), np.log(WIDEST), 0.0)
+        for name, own in curves.items():
+            widened = Told(own.logs, np.maximum(own.of_mean, least), np.maximum(own.of_new, least))
+            each = Told(*(part.reshape(fill_ratios.size, -1) for part in widened))
             between = each.logs.var(axis=1)
             mean, new = (np.sqrt((part**2).mean(axis=1) + between) for part in (each.of_mean, each.of_new))
             told[name] = Told(each.logs.mean(axis=1), mean, new)
@@ -423,7 +459,7 @@ class Fingerprint:
             intervals = {
                 origin: Interval(*(own.value * ends[name][:, 0]).tolist())
                 for origin, ends in factors.items()
-                if np.isfinite(ends[name]).all()
+                if np.isfinite(own.value * ends[name]).all()
             }
             found[name] = own.having(intervals)
         return with_parts(found)
@@ -438,7 +474,7 @@ class Fingerprint:
         return found
 
     def outside(self, condition: Condition[float], volume_m3: float, charge: str = ONE_SIZE) -> tuple[str, ...]:
-        """Which variables, charge and jar volume included, are outside what was simulated."""
+        """Which variables, charge and jar volume included, are outside what was simulated; and LAYERS, near these."""
         beyond = self._beyond(condition, charge)
         found = [name for name, out in beyond.items() if out.any()]
         return (*found, *([] if np.isclose(volume_m3, self.about["volume_m3"]) else ["volume_m3"]))
@@ -450,11 +486,16 @@ class Fingerprint:
         ranges = self.about["ranges"]
         if self.about.get("charges") and diameters:
             ranges = ranges | {"ball_diameter_m": [min(diameters), max(diameters)]}
-        beyond = {}
-        for name, values in zip(VARIABLES, condition.rows().T, strict=True):
-            low, high = ranges[name]
-            beyond[name] = ~((low * (1 - 1e-9) <= values) & (values <= high * (1 + 1e-9)))
-        return beyond | {CHARGE: np.array([not diameters])}
+
+        def is_beyond(name: str, low: float, high: float) -> np.ndarray:
+            return ~((low * (1 - 1e-9) <= values[name]) & (values[name] <= high * (1 + 1e-9)))
+
+        values = dict(zip(VARIABLES, condition.rows().T, strict=True))
+        beyond, near = {name: is_beyond(name, *ranges[name]) for name in VARIABLES}, self.near_layers(condition, charge)
+        # Fill ratios without impacts were simulated too.
+        fills = [*self.fill_range, *np.exp(self.layers[:, 0])]
+        beyond["fill_ratio"] &= ~near | is_beyond("fill_ratio", min(fills), max(fills))
+        return beyond | {CHARGE: np.array([not diameters]), LAYERS: near}
 
     def predict_table(self, conditions: pd.DataFrame) -> pd.DataFrame:
         """The conditions of a table with their predictions: a column for each descriptor, and for the ends of its band.
@@ -509,7 +550,7 @@ class Fingerprint:
         for name, value in (*vars(condition).items(), ("volume_m3", volume)):
             if not 0 < value < (1 if name == "fill_ratio" else np.inf):
                 raise ConfigError(f"{name} = {value:g}: must be over 0{' and under 1' * (name == 'fill_ratio')}")
-        condition = self._of_balls(condition, volume)
+        condition = self._of_balls(condition, volume, charge)
         scaled = self._with_intervals(bands(self.scaled(condition, charge)), condition.fill_ratio)
         scaled[SHARE.curve] = share_of(scaled["ratio"])
         balls = ball_count(condition.fill_ratio, volume, condition.ball_diameter_m)

@@ -75,8 +75,9 @@ KNOWN = (*OF_COLLISIONS, "rolling_ratio", "Pw")
 class Prediction:
     """The observables of one condition, each of PREDICTED by its name, as `prediction.wall_power_W`, with its bands.
 
-    `outside` names the variables outside the simulated range. missing: why an interval of a further origin (contact
-    parameters, shape of the jar) is None, by origin.
+    `outside` names the variables outside the simulated range, and `no_impacts` where nothing is known of hits, whose
+    values are then NaN. missing: why an interval of a further origin (contact parameters, shape of the jar) is None, by
+    origin.
     """
 
     balls: int

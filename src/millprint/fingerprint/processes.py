@@ -38,7 +38,7 @@ separate departure q(fill), independent of the others.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -303,7 +303,8 @@ class Process:
 
     components and theta (the kernel's logarithmic parameters) describe the kernel; noise is the variance of log
     values between runs that no variable explains; sampling: b0 and b1 of the variance of one run due to its window;
-    stretch: factor on every deviation, found by leaving conditions out; seeds: of each condition (n,), 1 if left out.
+    stretch: factor on every deviation, found by leaving conditions out; seeds: of each condition (n,), 1 if left out;
+    apart: what was simulated in conditions that the curve leaves out.
     """
 
     inputs: np.ndarray
@@ -315,6 +316,7 @@ class Process:
     sampling: tuple[float, float] = NO_SAMPLING
     stretch: float = 1.0
     seeds: np.ndarray | None = None
+    apart: "Process | None" = None
 
     @classmethod
     def fit(
@@ -370,6 +372,11 @@ class Process:
         squares = np.concatenate(apart) ** 2 if apart else np.ones(1)
         return replace(process, stretch=max(1.0, float(np.sqrt(squares.mean()))))
 
+    def with_apart(self, inputs: np.ndarray, logs: np.ndarray, stated: np.ndarray, seeds: np.ndarray) -> "Process":
+        """The process with conditions (k,) that its curve leaves out; stated: their errors, as of `fit`."""
+        errors = np.where(np.isfinite(stated), stated, np.sqrt(variance_of_run(inputs, self.sampling) / seeds))
+        return replace(self, apart=replace(self, inputs=inputs, logs=logs, errors=errors, seeds=seeds))
+
     def _kernel(self) -> Covariance:
         return Covariance(kernel_of(self.components, self.inputs.shape[1]), self.theta)
 
@@ -378,7 +385,11 @@ class Process:
         centre = float(self.logs.mean())
         kind = Reduced if len(self.logs) > WHOLE_MAX else Conditioned
         known = kind.fit(self._kernel(), self.inputs, self.logs - centre, self._noise())
-        return Predictor(known, centre, self.noise, self.sampling, self.stretch, self.inputs, self._simulated())
+        inputs, simulated = self.inputs, self._simulated()
+        if self.apart:
+            inputs = np.vstack([inputs, self.apart.inputs])
+            simulated = Told(*map(np.concatenate, zip(simulated, self.apart._simulated(), strict=True)))
+        return Predictor(known, centre, self.noise, self.sampling, self.stretch, inputs, simulated)
 
     def _simulated(self) -> Told:
         """What is known of the conditions that were simulated."""
@@ -429,25 +440,42 @@ class Process:
             "noise_variance": float(self.noise),
             "sampling": list(self.sampling),
             "stretch": float(self.stretch),
+            **self._values(),
+            **({"apart": self.apart._values()} if self.apart else {}),
+        }
+
+    def _values(self) -> dict[str, list[float]]:
+        """What was simulated, as plain values."""
+        return {
             "values": np.exp(self.logs).tolist(),
             "relative_errors": self.errors.tolist(),
             **({} if self.seeds is None else {"seeds": self.seeds.tolist()}),
         }
 
     @classmethod
-    def from_dict(cls, content: dict, inputs: np.ndarray) -> "Process":
-        """The process that `to_dict` described."""
-        return cls(
+    def from_dict(cls, content: dict, inputs: np.ndarray, apart: np.ndarray) -> "Process":
+        """The process that `to_dict` described; apart: inputs of what the curve leaves out."""
+        found = cls(
             inputs=inputs,
-            logs=np.log(np.array(content["values"], dtype=float)),
-            errors=np.array(content["relative_errors"], dtype=float),
+            **cls._simulated_in(content),
             components=content["components"],
             theta=np.array(content["log_parameters"], dtype=float),
             noise=float(content["noise_variance"]),
             sampling=tuple(content["sampling"]),
             stretch=float(content["stretch"]),
-            seeds=np.array(content["seeds"]) if "seeds" in content else None,
         )
+        if "apart" not in content:
+            return found
+        return replace(found, apart=replace(found, inputs=apart, **cls._simulated_in(content["apart"])))
+
+    @staticmethod
+    def _simulated_in(content: dict) -> dict[str, Any]:
+        """The fields that `_values` described."""
+        return {
+            "logs": np.log(np.array(content["values"], dtype=float)),
+            "errors": np.array(content["relative_errors"], dtype=float),
+            "seeds": np.array(content["seeds"]) if "seeds" in content else None,
+        }
 
 
 @dataclass(frozen=True)
@@ -472,10 +500,14 @@ class Predictor:
         one_run = self.noise + variance_of_run(inputs, self.sampling)
         return Told(self.centre + mean, self.stretch * deviation, self.stretch * np.sqrt(deviation**2 + one_run))
 
+    def nearest(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The place (m,) of the nearest condition that was simulated, and whether (m,) it is that of the inputs."""
+        apart = np.abs(inputs[:, None] - self.inputs).max(axis=2)
+        return apart.argmin(axis=1), apart.min(axis=1) < SAME
+
     def predict(self, inputs: np.ndarray) -> Told:
         """As `curve`, but at a condition that was simulated what was simulated: the one place that defines both."""
-        apart = np.abs(inputs[:, None] - self.inputs).max(axis=2)
-        place, is_known = apart.argmin(axis=1), apart.min(axis=1) < SAME
+        place, is_known = self.nearest(inputs)
         told = zip(self.simulated, self.curve(inputs), strict=True)
         return Told(*(np.where(is_known, own[place], between) for own, between in told))
 

@@ -12,17 +12,28 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
 
 
-class StoredProcess(_Part):
-    """A process of n conditions, as `Process.to_dict`."""
+class StoredValues(_Part):
+    """What was simulated in n conditions."""
+
+    values: list[Positive]
+    relative_errors: list[Annotated[float, Field(ge=0, le=1e3)]]
+    seeds: list[PositiveInt] | None = None
+
+    @property
+    def counts(self) -> set[int]:
+        """The numbers of conditions, one if the lists are as long as each other."""
+        return {len(each) for each in (self.values, self.relative_errors, self.seeds) if each is not None}
+
+
+class StoredProcess(StoredValues):
+    """A process of n conditions, as `Process.to_dict`; apart: of those of no_impacts."""
 
     components: dict[str, list[str]]
     log_parameters: list[float]
     noise_variance: NonNegativeFloat
     sampling: tuple[float, float]
     stretch: Annotated[float, Field(ge=1)]
-    values: list[Positive]
-    relative_errors: list[Annotated[float, Field(ge=0, le=1e3)]]
-    seeds: list[PositiveInt] | None = None
+    apart: StoredValues | None = None
 
 
 class About(_Part):
@@ -51,19 +62,20 @@ class StoredFingerprint(_Part):
 
     @model_validator(mode="after")
     def _as_many_as_conditions(self) -> "StoredFingerprint":
-        conditions = {len(own) for own in self.inputs.values()}
-        for name, own in self.processes.items():
-            rows = [len(each) for each in (own.values, own.relative_errors, own.seeds) if each is not None]
-            if {*rows} != conditions:
-                raise ValueError(f"processes.{name}: must have a number for each of the conditions of inputs")
-            if len(own.log_parameters) != len(own.components) * (1 + len(self.inputs)):
-                raise ValueError(f"processes.{name}.log_parameters: are not those of its components")
-        if len({len(own) for own in self.about.settings.values()}) != 1:
-            raise ValueError("about.settings: must have as many of each variable")
         if self.no_impacts and {*self.no_impacts} != {*self.inputs}:
             raise ValueError("no_impacts: must have the variables of inputs")
         if len({len(own) for own in self.no_impacts.values()}) > 1:
             raise ValueError("no_impacts: must have as many of each variable")
+        conditions, still = ({len(own) for own in each.values()} for each in (self.inputs, self.no_impacts))
+        for name, own in self.processes.items():
+            if own.counts != conditions:
+                raise ValueError(f"processes.{name}: must have a number for each of the conditions of inputs")
+            if own.apart and own.apart.counts != still:
+                raise ValueError(f"processes.{name}.apart: must have a number for each of those of no_impacts")
+            if len(own.log_parameters) != len(own.components) * (1 + len(self.inputs)):
+                raise ValueError(f"processes.{name}.log_parameters: are not those of its components")
+        if len({len(own) for own in self.about.settings.values()}) != 1:
+            raise ValueError("about.settings: must have as many of each variable")
         if missing := [name for name in VARIABLES if name not in self.inputs or name not in self.about.ranges]:
             raise ValueError(f"inputs.{missing[0]}: this key is missing, or its range")
         return self
