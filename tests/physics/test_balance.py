@@ -7,7 +7,7 @@ from millprint.config.counting import CountingRule
 from millprint.config.errors import SimulationError
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import resources
-from millprint.dem.collisions import collision_statistics, collision_table, merge_contacts, sort_by_pair
+from millprint.dem.collisions import by_surface, collision_statistics, collision_table, merge_contacts, sort_by_pair
 from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import check_balance, check_closure, closure, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
@@ -39,6 +39,18 @@ def simulate(mills, contacts, mill="emax", contact="calibrated", diameter=10, fi
 @pytest.fixture(scope="module")
 def reference(mills, contacts):
     return simulate(mills, contacts)
+
+
+def test_a_rule_that_counts_by_facet_changes_no_contact_with_a_surface(reference, mills, contacts):
+    """A contact then leaves a row on each facet; together they are the one contact that is recorded without."""
+    rules = [*DEM.counting_rules, CountingRule(name="each_facet", by="facet")]
+    *_, rows = simulate(mills, contacts, dem=DEM.model_copy(update={"counting_rules": rules}))
+    assert len(rows) > 1.1 * len(reference[-1])
+    order = ["start_s", "first", "second"]
+    joined, whole = (by_surface(table).sort_values(order).reset_index(drop=True) for table in (rows, reference[-1]))
+    assert len(joined) == len(whole)
+    for name in whole:
+        assert joined[name].to_numpy() == pytest.approx(whole[name].to_numpy(), rel=1e-9, abs=1e-15), name
 
 
 @pytest.mark.parametrize(("contact", "diameter"), [("calibrated", 5), ("steel", 10), ("steel", 5)])

@@ -292,8 +292,7 @@ class Recording:
     def table(self) -> Table:
         """All pieces of the table of collisions as one."""
         pieces = self.contacts or [make_table(0)]
-        table = Table(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
-        return table._replace(contact=np.arange(len(table.first)))
+        return Table(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
 
     def clear(self) -> None:
         """Forget everything."""
