@@ -116,6 +116,7 @@ ABOUT_Z = {"kind": "rotation", "axis": [0, 0, 1]}
         (PLANETARY | {"ratio": -1}, (20, 20, 0), ()),
         (ABOUT_Z, (0, 583, 0), ("583 mm", "write pivot_mm: [0, 583, 0]")),
         (ABOUT_Z | {"pivot_mm": [0, 583, 4]}, (0, 583, 0), ()),
+        (ABOUT_Z | {"pivot_mm": [10, 0, 0]}, (0, 0, 0), ("10 mm", "write pivot_mm: [0, 0, 0]")),
         (TURNED, (0, 0, 0), ("90 degrees", "write axis: [0, 0, 1]")),
         ({"kind": "circle", "amplitude_mm": 17}, (20, 20, 0), ()),
     ],

@@ -527,7 +527,8 @@ def advance(
     Numba compiles one loop for each combination of types, and leaves out what is None.
     """
     numbers = numbers_of(balls, 0, balls.species.size)
-    # Between two calls, balls and contacts may have been changed.
+    # Between two calls, balls and contacts may have been changed; after a restart, no pose is known.
+    write_poses(clock.motions, counters[COUNTER.step] * clock.step)
     measure_strides(balls, candidates, clock)
     counters[COUNTER.look_in] = 0
     while counters[COUNTER.step] <= last_step and counters[COUNTER.status] == STATUS.running:

@@ -99,6 +99,9 @@ def _of_value(estimate: Estimate, claim: Estimate, by: Sequence[str], widest: fl
     needed = all if math.isfinite(widest) or estimate.motions else any
     if not needed(known) or any(map(math.isnan, numbers)):
         return Verdict(OPEN, _several(estimate) if estimate.motions else NO_INTERVAL)
+    if estimate.motions:
+        # The interval about their mean need not hold them.
+        own = Interval(min(own.lower, *estimate.motions), max(own.upper, *estimate.motions))
     if not own.meets(other):
         told = APART if estimate.motions else _ratio(names[0], estimate.value, own, claim.value, other)
         return Verdict(DIFFERS, told)

@@ -105,7 +105,8 @@ def off_axis_in_words(body: Body, law: MotionSection) -> str | None:
         advice.append(f"write axis: [{axis}]" if is_free else f"turn the drawing until [{axis}] in it is [0, 0, 1]")
     if off > OFF_AXIS * radius:
         found.append(f"{plain(1e3 * off)} mm")
-        to = ", ".join(plain(part) for part in np.round(1e3 * (away if is_free else -away), 3) + 0.0)
+        wanted = motion.pivot + away if is_free else -away
+        to = ", ".join(plain(part) for part in np.round(1e3 * wanted, 3) + 0.0)
         advice.append(f"write pivot_mm: [{to}]" if is_free else f"move the drawing by [{to}] mm")
     if not found:
         return None

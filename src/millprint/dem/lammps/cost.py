@@ -38,7 +38,8 @@ def rank_step_s(balls: int, ranks: int, mill: MillConfig) -> float:
 
 def lammps_resources(case: Case, dem: EngineConfig, mill: MillConfig, contact: ContactConfig) -> Resources:
     """What a case takes, as `resources_of`; processor_s: of all ranks together. Raises ConfigError as it does."""
-    own, ranks = resources_of(case, dem, mill, contact), dem.lammps.ranks
+    # LAMMPS has one step (`lammps_case`).
+    own, ranks = resources_of(case, dem.model_copy(update={"run_up_fraction": 0.0}), mill, contact), dem.lammps.ranks
     balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_m)
     slower = ball_step_s(mill) / efficiency(balls, ranks) / LIKELY_BALL_STEP_S
     processor_s = LIKELY_START_S + (own.processor_s - LIKELY_START_S) * slower
