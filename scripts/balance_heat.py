@@ -1,6 +1,6 @@
 """Temperatures of balls, powder and jar of every simulated condition of a mill: tables and figures.
 
-Settings: dose.heat; the title of the mill.
+Settings: dose.heat; title and unit of speed of the mill.
 Inputs: `summaries` and their `runs`.
 Outputs: `sources`, `parameters`, `temperatures`, `limits`, `flash`, and the figure.
 """
@@ -25,7 +25,10 @@ if "snakemake" in globals():
         write_table(tables.temperatures, made.temperatures)
         write_table(tables.limits, made.limits)
         write_table(flash_table(files, settings.flash), made.flash)
-        save(plot_heat(tables.temperatures, tables.limits, snakemake.params.title), *made.figure)
+        save(
+            plot_heat(tables.temperatures, tables.limits, snakemake.params.title, snakemake.params.speed_unit),
+            *made.figure,
+        )
         for line in tables.limits.to_dict("records"):
             logger.info(
                 "%s, %s: %.3g W, balls %.3g to %.3g degC after long milling, energy balance open by %.1e",

@@ -24,6 +24,7 @@ rule balance_heat:
     params:
         settings=settings("dose.heat"),
         title=lambda wildcards: mill_named(wildcards.mill).title,
+        speed_unit=lambda wildcards: mill_named(wildcards.mill).speed_unit,
     message:
         "Calculating temperatures in mill {wildcards.mill}"
     script:

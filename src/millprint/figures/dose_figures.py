@@ -9,8 +9,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from millprint.config.charge import balls_in_words
 from millprint.dose.spectra import BOTH
 from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, no_formula, plt
+from millprint.fingerprint.mill_sheet import shown_speed
 from millprint.run.numbers import prefix_of, three
 
 CHANNELS = {"normal": "normal energy [J]", "tangential": "tangential energy [J]"}
@@ -133,10 +135,10 @@ BODY_NAMES = {"balls": "balls", "powder": "powder", "jar": "jar"}
 BODY_COLOURS = {"balls": COLOURS[0], "powder": COLOURS[1], "jar": COLOURS[-1]}
 
 
-def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, title: str) -> Figure:
+def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, title: str, speed_unit: str) -> Figure:
     """Temperatures of the condition of the largest power over time, and of every condition after long milling.
 
-    temperatures, limits: as of `millprint.dose.heat_balance.heat_tables`.
+    temperatures, limits: as of `millprint.dose.heat_balance.heat_tables`; speed_unit: of the mill, rpm or hz.
     """
     figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.9))
     strongest = limits.loc[limits["total_W"].idxmax()]
@@ -160,8 +162,10 @@ def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, title: str) -> F
         label=f"limit ({strongest['limit_body']})",
     )
     left.set(xlabel="time [h]", ylabel="temperature [degC]")
-    said = "{ball_diameter_mm:.3g} mm, fill {fill_ratio:g}, {speed_rpm:g} rpm: {total_W:.3g} W".format(**strongest)
-    left.set_title(said, fontsize=7, loc="right")
+    balls = balls_in_words(strongest["ball_diameter_mm"], strongest["charge"])
+    speed = shown_speed(speed_unit, strongest["speed_rpm"] / 60)
+    said = f"{balls}, fill {strongest['fill_ratio']:g}, {speed}: {strongest['total_W']:.3g} W"
+    left.set_title(no_formula(said), fontsize=7, loc="right")
     right.set(
         xlabel="dissipated power [W]",
         ylabel="temperature after\nlong milling [degC]",
