@@ -13,6 +13,8 @@ from millprint.config.checks import load_workflow
 from millprint.config.errors import ConfigError
 from millprint.config.included import load_contact, load_mill
 from millprint.config.sweep import Case, DemConfig
+from millprint.config.workflow import EngineConfig
+from millprint.dem.lammps.cost import lammps_resources
 from millprint.dem.laws.registry import step_scale
 from millprint.dem.resources import LIKELY_BALL_STEP_S, LIKELY_START_S, resources_of
 from millprint.run import plan
@@ -65,6 +67,14 @@ def test_what_is_not_recorded_is_planned_at_its_own_step():
     dem = DEM.model_copy(update={"run_up_fraction": 4e-6 / scale})
     own = resources_of(CASE, dem, load_mill("emax"), load_contact("calibrated"))
     assert own.processor_s == pytest.approx(LIKELY_START_S + (1 / 8 + 1 / 2) * 24e6 * LIKELY_BALL_STEP_S)
+    # LAMMPS has no longer one.
+    planned = [
+        lammps_resources(
+            CASE, EngineConfig(**each.model_dump(), engine="lammps"), load_mill("emax"), load_contact("calibrated")
+        )
+        for each in (DEM, dem)
+    ]
+    assert planned[0] == planned[1]
 
 
 def test_a_request_to_a_queue_is_capped_and_the_cap_reruns_nothing():
