@@ -58,7 +58,11 @@ import subprocess, sys
 from millprint.cli.engine import waited_for
 sys.exit(waited_for(subprocess.Popen([sys.executable, "-c", {program!r}])))
 """
-    with subprocess.Popen([sys.executable, "-c", waits], cwd=tmp_path, start_new_session=True) as process:
+    # A shell has its jobs in the background ignore the signal, which they would inherit.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    process = subprocess.Popen([sys.executable, "-c", waits], cwd=tmp_path, start_new_session=True)
+    signal.signal(signal.SIGINT, before)
+    with process:
         while not (tmp_path / "begun").exists() and process.poll() is None:
             time.sleep(0.01)
         os.killpg(process.pid, signal.SIGINT)
