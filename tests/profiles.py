@@ -420,8 +420,8 @@ def _extruded_mesh(line: np.ndarray, height: float) -> np.ndarray:
 
 def straightened(hollow: Hollow, facets: int, rounding: float) -> Hollow | None:
     """The other hollow that a file may draw: where two arcs join, and the steps on both sides of the joint lie on one
-    line to within the rounding [mm], that line is a piece of its own. None where there is no such joint: contrary arcs
-    have it, and two that are bent one way if they join in an edge of the other way.
+    line to within the rounding [mm], that line is a piece of its own. The arcs are contrary, or bent one way and joined
+    by an edge of the other way. None where there is no such joint.
 
     The same where a line joins an arc whose first step goes on along it, since such facets are one. A mesh of `facets`
     draws both hollows: which one is meant, a file of that rounding does not say. Of an extruded arc with fewer than
