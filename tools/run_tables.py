@@ -74,11 +74,13 @@ def of_yields(results: Path) -> pd.DataFrame:
         for name in ("scores_by_scheme", "scores", "differences", "coverage", "permutation_test")
     )
     against = MINUS + differences["against"]
+    # Each of many models is compared with one.
+    differences = differences.drop(columns="p").rename(columns={"difference": "value", "p_holm": "p"})
     chance = {"model": AVERAGED, "strategy": "primary", "scheme": LEFT_OUT, "measure": BY_CHANCE}
     parts = [
         scores[scores["metric"] == R2].rename(columns={"metric": "measure"}),
         distributions[distributions["score"] == CRPS].rename(columns={"score": "measure"}),
-        differences[differences["metric"] == R2].assign(measure=against).rename(columns={"difference": "value"}),
+        differences[differences["metric"] == R2].assign(measure=against),
         coverage.assign(measure="held " + coverage["nominal"].astype(str)).rename(columns={"covered": "value"}),
         shuffles.assign(**chance).rename(columns={"p": "value", "permutations": "repeats"}),
     ]
@@ -320,7 +322,7 @@ def of_models(root: Path) -> str:
         "Runs that each model's own intervals of 50, 80 and 95 % hold, in per cent:",
         in_markdown(["model", "leave-one-out", "5-fold", "their mean widths, 5-fold (points)"], held),
         f"R2 minus that of the {TITLES[AVERAGED]} and of the {TITLES[SURFACE]}, with errors of paired tests; a * where "
-        "p < 0.05:",
+        "p < 0.05 after Holm's correction for all models:",
         in_markdown(["model", *(f"{TITLES[name]}, {words}" for name, _, words in pairs)], apart),
         f"Of {chance['repeats']:.0f} shuffles of the yields, the best reaches an R2 of {chance['highest']:.2f} (p = "
         f"{chance['value']:.2g} for the measured order, by leave-one-out in closed form).",
@@ -328,7 +330,7 @@ def of_models(root: Path) -> str:
 
 
 def minus(found: pd.DataFrame, model: tuple[str, str], reference: str, scheme: str) -> str:
-    """R2 of a model minus that of a reference, with a star where a paired test tells them apart at 5 %."""
+    """R2 of a model minus that of a reference, with a star where a paired test tells them apart at 5 %, corrected."""
     place = (*model, scheme, f"{MINUS}{reference} primary")
     if place not in found.index:
         return ""

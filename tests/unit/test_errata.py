@@ -29,9 +29,11 @@ def data(tmp_path):
     folder = tmp_path / "data"
     folder.mkdir()
 
-    def write(normal=(221, 393, 613), tangential=(500, 889, 1389)):
+    def write(normal=(221, 393, 613), tangential=(500, 889, 1389), prior_h=15.0):
         rows = {"speed_rpm": [600, 800, 1000], "normal_energy_uJ": normal, "tangential_energy_uJ": tangential}
         write_table(pd.DataFrame(rows), folder / "screening.tsv")
+        # As the thesis reports the study that it compares with in another chapter.
+        write_table(pd.DataFrame({"reference": [16], "time_h": [prior_h]}), folder / "literature.tsv")
         return folder
 
     write()
@@ -102,3 +104,11 @@ def test_a_table_that_says_of_one_contact_set_what_the_text_says_of_the_other_is
     assert row["locus"] == "Table 3.5" and row["computed"] == "normal +1 %, tangential +13 %"
     agreeing = table.assign(published=table["published"].replace({"1.01": "1.20", "1.13": "1.00"}))
     assert found(tmp_path, data(), agreeing).empty
+
+
+def test_a_time_of_the_prior_art_that_differs_between_two_tables_is_found(tmp_path, data):
+    table = pd.DataFrame({"id": ["4.prior.time"], "published": ["-38"], "reason": [""]})
+    (row,) = found(tmp_path, data(), table).to_dict("records")
+    # 12.5 h after 20 h, and after 15 h.
+    assert row["locus"] == "Table 4.3" and "15 h" in row["against"] and row["computed"] == "-17 %"
+    assert found(tmp_path, data(prior_h=20.0), table).empty

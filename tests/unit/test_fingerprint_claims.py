@@ -138,6 +138,8 @@ def test_values_are_those_of_the_synthetic_mill(results):
     assert found["3.frequency.calibrated"].value == "yes"
     assert found["3.frequency.steel"].value == "no"
     assert found["3.collapse"].value == pytest.approx(0.0, abs=1e-4)
+    # Both curves have one shape, so that neither grows less.
+    assert found["3.growth"].value == "no"
 
 
 def test_rank_correlation_is_that_of_scipy_with_ties_too():

@@ -259,7 +259,9 @@ def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, 
     trained = Repeated([{path: without_sizes(measures(error))} for error in errors], over_repeats)
     intervals = tabulate_intervals(tmp_path, CLAIMS_TSV, [trained])
     row = intervals.set_index("id").loc["6.energy"]
-    assert (row["lower"], row["upper"]) == pytest.approx(spread_of(held, one_more=True))
+    # An error is not below zero.
+    ends = [max(0.0, end) for end in spread_of(held, one_more=True)]
+    assert (row["lower"], row["upper"]) == pytest.approx(ends)
     assert row["interval_from"] == "trainings"
     assert (row["repeats"], row["failed"]) == (len(errors), len(errors) - len(held))
     # From a file, the ends are texts.
@@ -272,6 +274,28 @@ def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, 
     assert "over 15 s of the motion of the training" in told
     assert ("1 of 5 repeats failed, which are misses" in told) == (len(held) < len(errors))
     assert table["interval_from"]["2.full_factorial"] == ""
+
+
+def test_a_miss_of_a_smaller_training_is_open_and_its_number_still_differs(tmp_path):
+    for epochs, word in ((40, OPEN), (2000, DIFFERS)):
+        write_table(measures(30.0), tmp_path / "surrogate/thesis/metrics.tsv")
+        write_table(pd.DataFrame({"epoch": range(epochs)}), tmp_path / "surrogate/thesis/loss.tsv")
+        drawn = [{"surrogate/thesis/metrics.tsv": measures(error)} for error in (30.0, 33.0, 31.0, 29.0, 30.5)]
+        intervals = tabulate_intervals(tmp_path, CLAIMS_TSV, [Repeated(drawn, over_repeats)])
+        table = tabulate_claims(CLAIMS_TSV, collect_findings(tmp_path, CLAIMS_TSV, intervals=intervals))
+        row = table.set_index("id").loc["6.energy"]
+        assert (row["verdict"], row["interval_verdict"]) == (DIFFERS, word)
+        assert (f"{epochs} of the thesis's 2,000 epochs" in row["reason"]) == (epochs == 40)
+
+
+def test_a_longer_roll_out_tells_what_the_thesis_compares(tmp_path):
+    write_table(measures(2.0), tmp_path / "surrogate/thesis/metrics.tsv")
+    time_s = np.linspace(0, 15, 151)
+    # Right for 5 s, and then without any dissipation.
+    course = pd.DataFrame({"test": "trained", "time_s": time_s, "surrogate_J": np.minimum(time_s, 5), "dem_J": time_s})
+    write_table(course, tmp_path / "surrogate/thesis/dissipation.tsv")
+    told = collect_findings(tmp_path, CLAIMS_TSV, "6.energy")["6.energy"].explanation
+    assert "over the first 5 s, which the thesis compares, 0" in told
 
 
 def test_an_interval_ends_where_the_quantity_does():

@@ -56,7 +56,7 @@ def test_what_is_simulated_or_trained_has_an_interval_that_holds_the_value(claim
     numbers = known[pd.to_numeric(known["lower"], errors="coerce").notna() & (known["failed"] == "0")]
     value, lower, upper = (numbers[name].astype(float) for name in ("reproduced", "lower", "upper"))
     assert ((lower <= value * (1 + 1e-5)) & (value * (1 - 1e-5) <= upper)).all()
-    assert (claims.loc[claims["nature"].isin(CERTAIN), "interval_from"] == "").all()
+    assert (claims.loc[claims["nature"].isin(CERTAIN), "repeats"] == "").all()
 
 
 def test_errata_and_claims_not_run_are_explained(claims):

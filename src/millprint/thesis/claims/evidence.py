@@ -158,8 +158,15 @@ def judge_value(published: str, tolerance: str, finding: Finding) -> Verdict:
 def judge_repeats(published: str, tolerance: str, finding: Finding) -> Verdict | None:
     """The verdict on a claim by its interval and by the jars that fit as well, which says whether the claim holds.
 
-    A claim that some of these jars meet and others do not is open. None without an interval and without jars.
+    A claim that some of these jars meet and others do not is open, and so is one that a smaller run than the thesis's
+    misses. None without an interval and without jars.
     """
+    found = _judge_with_jars(published, tolerance, finding)
+    missed = (found or judge_value(published, tolerance, finding)).word == DIFFERS
+    return Verdict(OPEN, finding.smaller) if missed and finding.smaller else found
+
+
+def _judge_with_jars(published: str, tolerance: str, finding: Finding) -> Verdict | None:
     alone, jars = _judge_interval(published, tolerance, finding), finding.jars
     if finding.value is None or not jars:
         return alone
@@ -296,6 +303,7 @@ class Finding:
     sources: the rows of the results that decide the value.
     limits: what a number of this kind can be at all, such as -1 to 1 of a correlation; its interval ends there.
     failed: whether what was to be measured failed, such as a roll-out that ran away: a miss, whatever its number.
+    smaller: in what the run is smaller than the thesis's, in words, where a miss then says nothing of the thesis.
     """
 
     value: float | str | None
@@ -306,6 +314,7 @@ class Finding:
     jars: tuple[float | str, ...] = ()
     limits: tuple[float, float] = (-math.inf, math.inf)
     failed: bool = False
+    smaller: str = ""
 
 
 class NotRun(Exception):
@@ -512,6 +521,11 @@ def as_printed(evidence: Evidence, ids: str) -> bool:
 def change_percent(before: float, after: float) -> float:
     """By how much a number has changed, over what it was [%]."""
     return 100 * (after / before - 1)
+
+
+def in_points(first: float, second: float) -> str:
+    """Two yields [%] whose difference the thesis prints in per cent and means in points, in words."""
+    return f"{second:g} % after {first:g} %; of the first it is {change_percent(first, second):+.1f} %"
 
 
 def change_contradicted(evidence: Evidence, rests: str, place: str, sign: int = 1) -> Contradiction | None:
