@@ -185,6 +185,23 @@ def test_settings_that_are_proposed_are_no_faster_than_the_machine(page, name, f
 
 
 @needs_browser
+def test_a_machine_of_one_speed_is_proposed_at_that_speed_until_its_owner_says_another(page):
+    only, others = page.run("""
+      const spex = CONTENT.mills.findIndex((mill) => mill.kind === "spex" && mill.slowest_hz);
+      for (const side of atlas.sides) side.choose(String(spex));
+      const speeds = async () => { atlas.render(); await atlas.searched;
+        return atlas.found.map((own) => own.condition.speed_hz); };
+      // The paper's mill runs at half of its speed.
+      atlas.sides[0].fields.speed_hz.input.value = "9";
+      const only = await speeds();
+      const { fields } = atlas.sides[1];
+      fields.fastest_hz.input.value = "17"; fields.speed_hz.input.value = "10";
+      return [only, await speeds()];""")
+    assert only and set(only) == {17.5}
+    assert others and min(others) < 16
+
+
+@needs_browser
 def test_nothing_of_another_mill_stays_where_a_search_finds_nothing(page):
     before, after = page.run("""
       const rows = () => ["#others tbody tr", "#best-reasons li"].map((own) => document.querySelectorAll(own).length);

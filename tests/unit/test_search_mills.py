@@ -76,6 +76,8 @@ def test_a_maker_s_mill_has_a_jar_and_the_speed_that_its_maker_gives():
         assert own["dimensions"]["height_mm"] == rows["height_mm"]
         (speed,) = (row for row in rows.index if row.startswith("speed"))
         assert own["fastest_hz"] == pytest.approx(rows[speed] / (60 if speed.endswith("rpm") else 1))
+        # A machine of one speed has no other.
+        assert own["slowest_hz"] == (0 if "max" in speed else own["fastest_hz"])
     of_kinds = fastest_of_kinds(made)
     assert of_kinds == pytest.approx({"planetary": 1100 / 60, "mixer": 30, "spex": 17.5})
     _, planetary = recognise(load_mill("planetary"))
@@ -89,6 +91,7 @@ def test_no_mill_is_faster_than_its_maker_says_and_what_is_assumed_is_told(capsy
     speeds = re.findall(r"^ *(SPEX 8000 class|Retsch MM class|Retsch PM 100) .*? ([\d.]+) (?:Hz|rpm) ", told, re.M)
     most = {"SPEX 8000 class": 17.5, "Retsch MM class": 30, "Retsch PM 100": 650}
     assert len(speeds) > 2 and all(float(speed) <= most[title] for title, speed in speeds)
+    assert {float(speed) for title, speed in speeds if title.startswith("SPEX")} == {17.5}
     assert "SPEX 8000 class: assumed fillet_radius_mm" in told
 
 

@@ -29,16 +29,17 @@ from millprint.fingerprint.condition_search import verdict_on
 from millprint.run.files import read_table
 
 ASSUMED = "assumed"
-# The jar, which makes a mill of a maker's machine; its fastest speed, or the only one.
+# The jar, which makes a mill of a maker's machine; its fastest speed, or the only one that it has.
 JAR = {"radius_mm", "height_mm"}
-SPEEDS = {"speed_max_rpm": 1 / 60, "speed_max_hz": 1.0, "speed_rpm": 1 / 60, "speed_hz": 1.0}
+FASTEST, ONLY = {"speed_max_rpm": 1 / 60, "speed_max_hz": 1.0}, {"speed_rpm": 1 / 60, "speed_hz": 1.0}
 
 
 def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
     """The mills of makers whose jar the table gives: further dimensions that it lacks as the included mill of the kind
     has them.
 
-    known: how each of the dimensions is known that nobody assumed.
+    slowest_hz, fastest_hz: of the machine, 0 and None where they are not known; known: how each of the dimensions is
+    known that nobody assumed.
     """
     table = read_table(path)
     found: list[dict[str, Any]] = []
@@ -50,9 +51,10 @@ def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
         if kind is None or known is None or not own >= JAR:
             continue
         dimensions = known[1] | {each: values[each] for each in own}
-        fastest = [values[key] * factor for key, factor in SPEEDS.items() if key in values]
+        fastest = [values[key] * factor for key, factor in (FASTEST | ONLY).items() if key in values]
         found.append({
             "title": name, "kind": kind.name, "dimensions": dimensions,
+            "slowest_hz": fastest[0] if fastest and not set(FASTEST) & set(values) else 0.0,
             "fastest_hz": fastest[0] if fastest else None,
             "known": {row["quantity"]: row["how_known"] for row in rows.to_dict("records")
                       if row["quantity"] in own and not row["how_known"].startswith(ASSUMED)},
@@ -61,10 +63,11 @@ def makers_mills(path: str | Path, kinds: list[Kind]) -> list[dict[str, Any]]:
 
 
 def own_mill(title: str, kind: Kind, dimensions: Values, made: list[dict[str, Any]]) -> dict[str, Any]:
-    """A mill of which only the dimensions are told; as fast as the maker's that has the same."""
+    """A mill of which only the dimensions are told; its speeds are those of the maker's that has the same."""
     same = (own for own in made if own["kind"] == kind.name and _is_one(own["dimensions"], dimensions))
-    fastest = next((own["fastest_hz"] for own in same), None)
-    return {"title": title, "kind": kind.name, "dimensions": dimensions, "fastest_hz": fastest, "known": None}
+    slowest, fastest = next(((own["slowest_hz"], own["fastest_hz"]) for own in same), (0.0, None))
+    speeds = {"slowest_hz": slowest, "fastest_hz": fastest}
+    return {"title": title, "kind": kind.name, "dimensions": dimensions, **speeds, "known": None}
 
 
 def fastest_of_kinds(made: list[dict[str, Any]]) -> dict[str, float]:
@@ -212,7 +215,7 @@ def settings_near(
     best: tuple[float, dict[str, float]] = (math.inf, {})
     for _ in range(1 + ROUNDS):
         number, speed = map(np.append, np.meshgrid(*axes), asked_for)
-        asked: dict[str, Any] = {**base, "number": np.round(number), "speed_hz": _as_set(kind, speed)}
+        asked: dict[str, Any] = {**base, "number": np.round(number), "speed_hz": _as_set(kind, speed, bounds[1])}
         far = _distances(model, asked, goal)
         nearest = int(far.argmin())
         if far[nearest] < best[0]:
@@ -243,10 +246,12 @@ def nearest_settings(
     return sorted((own for own in each if own is not None), key=lambda own: own.distance)
 
 
-def _as_set(kind: Kind, speed_hz: np.ndarray) -> np.ndarray:
-    """Speeds as a mill is set: whole turns per minute, or tenths of hertz."""
+def _as_set(kind: Kind, speed_hz: np.ndarray, within: tuple[float, float]) -> np.ndarray:
+    """Speeds as a mill is set, and within its bounds: whole turns per minute, or tenths of hertz."""
     step = 0.1 if kind.speed_unit == "hz" else 1 / 60
-    return np.maximum(np.round(speed_hz / step), 1) * step
+    slowest, fastest = within
+    whole = np.minimum(np.round(speed_hz / step), np.floor(fastest / step * (1 + 1e-9)))
+    return np.clip(np.maximum(whole, 1) * step, slowest, fastest)
 
 
 def _bounds(kind: Kind, base: Values, speeds_hz: tuple[float, float]) -> list[tuple[float, float]]:

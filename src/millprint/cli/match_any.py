@@ -89,7 +89,7 @@ def match_any(options: argparse.Namespace) -> None:
         for mill in mills:
             # Without a limit of the machine or of the user, what makers' mills of the kind reach.
             reached = math.inf if options.speeds else of_kinds.get(mill["kind"], math.inf)
-            speeds_hz = low_hz, min(high_hz, mill["fastest_hz"] or reached)
+            speeds_hz = max(low_hz, mill["slowest_hz"]), min(high_hz, mill["fastest_hz"] or reached)
             own = nearest_settings(
                 mill["title"], models[mill["kind"]], mill["dimensions"], balls_of(contact), sizes, wanted, speeds_hz
             )

@@ -36,10 +36,11 @@ function rangeOf(kind, condition, name, groups) {
 }
 
 /**
- * The nearest conditions of a kind, one for each size of balls that is sold, nearest first; fastestHz: of the mill.
+ * The nearest conditions of a kind, one for each size of balls that is sold, nearest first; speedsHz: the slowest and
+ * the fastest of the mill.
  * Number and speed go up and down by ever smaller factors from the best of a first look.
  */
-async function nearest(kind, condition, wanted, soldMm, fastestHz) {
+async function nearest(kind, condition, wanted, soldMm, speedsHz) {
   const found = [];
   for (const ball_diameter_mm of soldMm) {
     await new Promise((done) => setTimeout(done));
@@ -47,10 +48,10 @@ async function nearest(kind, condition, wanted, soldMm, fastestHz) {
     const [fewest, most] = rangeOf(kind, start, "number", ["fill"]);
     const [slowest, fastest] = rangeOf(kind, start, "speed_hz", ["froude", "critical"]);
     const counts = spaced(Math.max(1, fewest), Math.min(kind.limits.most_balls, most));
-    const speeds = spaced(slowest, Math.min(fastest, fastestHz ?? Infinity));
+    const speeds = spaced(Math.max(slowest, speedsHz[0]), Math.min(fastest, speedsHz[1]));
     let best = { distance: Infinity };
     const look = (number, speed_hz) => {
-      const own = { ...start, number: Math.round(number), speed_hz: Math.min(speed_hz, fastestHz ?? Infinity) };
+      const own = { ...start, number: Math.round(number), speed_hz: within(speed_hz, speedsHz) };
       const far = distance(kind, own, wanted);
       if (far < best.distance) best = { condition: own, distance: far };
     };
@@ -65,18 +66,20 @@ async function nearest(kind, condition, wanted, soldMm, fastestHz) {
         moved = best.distance < before - 1e-9;
       }
     }
-    const speed_hz = asSet(kind, best.condition.speed_hz, fastestHz);
+    const speed_hz = asSet(kind, best.condition.speed_hz, speedsHz);
     const condition_ = { ...best.condition, speed_hz };
     found.push({ condition: condition_, distance: distance(kind, condition_, wanted) });
   }
   return found.filter((own) => own.distance < Infinity).sort((one, other) => one.distance - other.distance);
 }
 
-/** A speed as a mill is set, and not over its fastest: whole turns per minute, tenths of hertz. */
-function asSet(kind, speedHz, fastestHz = Infinity) {
+/** A speed as a mill is set, and within its bounds: whole turns per minute, tenths of hertz. */
+function asSet(kind, speedHz, speedsHz) {
   const steps = kind.perHertz * (kind.speedUnit === "Hz" ? 10 : 1);
-  return Math.min(Math.round(speedHz * steps), Math.floor(fastestHz * steps * (1 + 1e-9))) / steps;
+  return within(Math.min(Math.round(speedHz * steps), Math.floor(speedsHz[1] * steps * (1 + 1e-9))) / steps, speedsHz);
 }
+
+const within = (value, [low, high]) => Math.min(Math.max(value, low), high);
 
 /** Numbers at equal ratios. */
 function spaced(low, high) {

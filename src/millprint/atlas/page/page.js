@@ -299,7 +299,7 @@ class AtlasPage {
     const rowsOf = document.querySelector("#others tbody");
     for (const part of [byId("best-reasons"), rowsOf]) part.replaceChildren();
     const token = (this.token = {});
-    const found = await nearest(side.kind, condition, wantedOf(paper), this.content.sold_mm, condition.fastest_hz);
+    const found = await nearest(side.kind, condition, wantedOf(paper), this.content.sold_mm, side.speedsHz(condition));
     // Another search has begun since.
     if (token !== this.token) return;
     this.found = found.map((own) => ({ ...own, answer: answerOf(side.kind, own.condition) }));

@@ -61,6 +61,7 @@ class Side {
     byId(`${place}-dimensions`).addEventListener("change", () => {
       // Other dimensions than the maker's are one's own.
       this.choice.value = OWN + this.kind.name;
+      this.mill = null;
       this.tellMill(null);
       this.changed();
     });
@@ -72,6 +73,7 @@ class Side {
     const mill = own ? this.content.mills.find((each) => each.kind === value.slice(OWN.length)) : this.content.mills[Number(value)];
     this.choice.value = value;
     this.kind = this.kinds[mill.kind];
+    this.mill = own ? null : mill;
     this.build();
     this.tellMill(own ? null : mill);
     byId(`${this.place}-more`).open = own;
@@ -116,7 +118,7 @@ class Side {
 
   /** Dimensions with balls, number and speed within what the atlas knows, and the fastest speed: of the mill, or of
       the fastest maker's of the kind. */
-  typical({ dimensions, fastest_hz }) {
+  typical({ dimensions, slowest_hz, fastest_hz }) {
     const { kind } = this;
     const start = { ...this.contact?.(), ...dimensions, density_kg_m3: DENSITY, ball_diameter_mm: 10, number: 1, speed_hz: 5 };
     const of = (name, groups, share = 0.5) => {
@@ -127,12 +129,18 @@ class Side {
     start.ball_diameter_mm = this.content.sold_mm.reduce((best, own) => (Math.abs(Math.log(own / wanted)) < Math.abs(Math.log(best / wanted)) ? own : best));
     start.fastest_hz = fastest_hz ?? this.content.fastest_hz[kind.name] ?? of("speed_hz", ["froude", "critical"], 1);
     const speed = of("speed_hz", ["froude", "critical"], FAST) * kind.perHertz;
-    start.speed_hz = Math.min(Number(speed.toPrecision(2)) / kind.perHertz, start.fastest_hz);
+    start.speed_hz = Math.min(Math.max(Number(speed.toPrecision(2)) / kind.perHertz, slowest_hz), start.fastest_hz);
     // As many balls as hit something, if any number does.
     const numbers = FULL.map((share) => Math.max(1, Math.min(kind.limits.most_balls, Math.round(of("number", ["fill"], share)))));
     const hit = (number) => kind.hits(kind.inputs(kind.known({ ...start, number }))) >= kind.limits.hits;
     start.number = numbers.find(hit) ?? numbers[0];
     return start;
+  }
+
+  /** The slowest and the fastest speed of the machine: one where the mill has only one, unless another is put in. */
+  speedsHz({ fastest_hz }) {
+    const only = this.mill?.slowest_hz ?? 0;
+    return [Math.abs(only - fastest_hz) < 1e-3 * only ? fastest_hz : 0, fastest_hz];
   }
 
   /** Fill in the fields. */
