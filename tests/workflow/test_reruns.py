@@ -33,7 +33,11 @@ def plan(lined_project):
 
 
 def replaced(old: str, new: str):
-    return lambda text: text.replace(old, new)
+    def edit(text: str) -> str:
+        assert old in text, f"nothing to edit: {old}"
+        return text.replace(old, new)
+
+    return edit
 
 
 def with_remarks(text: str) -> str:
@@ -61,7 +65,7 @@ def test_what_no_simulation_reads_leaves_every_one_done(plan):
     jobs = plan(
         {
             "src/millprint/dem/run.py": replaced('"simulated in %.1f s', '"took %.1f s'),
-            "src/millprint/dem/packing.py": replaced("do not fit in the vessel", "have no room in the vessel"),
+            "src/millprint/dem/packing.py": replaced(" in the vessel: {reason}", " in that vessel: {reason}"),
             "src/millprint/run/job.py": replaced("EVERY_S, FIRST_S = 30.0", "EVERY_S, FIRST_S = 60.0"),
             "scripts/run_dem_case.py": replaced("so that it is slower", "which is slower"),
             "src/millprint/figures/mill_sheet_figure.py": replaced(

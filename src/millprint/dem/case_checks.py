@@ -25,6 +25,7 @@ from millprint.dem.resources import (
 )
 from millprint.mill.bodies import Body, build_bodies, check_inserts, check_volume, inserts_in_vessel
 from millprint.mill.vessel import Vessel
+from millprint.run.numbers import do_not_fit
 
 MOST_DAYS = 60
 # Bytes of energies, snapshots and the grid of occupancy, which stay in memory until the end.
@@ -76,15 +77,15 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
         most = capacity(vessel, diameter, inserts=inserts, enough=enough)
         for fill in sorted(fills):
             balls = ball_count(fill, volume, diameter)
-            what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {1e3 * diameter:g} mm"
+            what, size = f"{place}: fill_ratios = {fill:g}", f"of {1e3 * diameter:g} mm"
             # Also where the fill ratio is less than one ball: no other makes it fit.
             if balls > most or (balls < 1 and diameter > widest_ball(vessel, inserts)):
                 room = room_in_words(vessel, diameter, volume, inserts, most)
                 if not most:
                     room += f"; {_size_in_words(mills[name], vessel)}"
-                raise ConfigError(f"{what} do not fit in mill {name}: {room}")
+                raise ConfigError(f"{what}: {do_not_fit(balls, size)} in mill {name}: {room}")
             if balls < 1:
-                raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
+                raise ConfigError(f"{what}: no ball {size} in mill {name}; one ball needs at least {share:.2g}")
 
 
 def check_mixtures(

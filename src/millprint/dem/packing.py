@@ -13,6 +13,7 @@ from millprint.config.errors import SimulationError
 from millprint.config.sweep import ball_count
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel
+from millprint.run.numbers import do_not_fit
 
 # Number of packings tried for each orientation of the planes, before the balls are refused.
 TRIALS = 24
@@ -230,7 +231,7 @@ def pack_mixture(
     reason, largest = "the packing method cannot place them; lower the fill ratio", float(np.max(diameters_m))
     if largest > widest_ball(vessel, inserts):
         reason = f"nowhere is room for a ball of {1e3 * largest:g} mm; at most {widest_in_mm(vessel, inserts)}"
-    raise SimulationError(f"{sum(counts)} balls ({sizes}) do not fit in the vessel: {reason}")
+    raise SimulationError(f"{do_not_fit(sum(counts), f'({sizes})')} in the vessel: {reason}")
 
 
 def _place_sizes(
@@ -306,4 +307,4 @@ def pack(
         placed = np.where(fits[:, None], moved, chosen)
         return placed[cell_order(placed, spacing)]
     reason = room_in_words(vessel, diameter_m, volume_m3, inserts)
-    raise SimulationError(f"{count} balls of {diameter_m * 1e3:g} mm do not fit in the vessel: {reason}")
+    raise SimulationError(f"{do_not_fit(count, f'of {diameter_m * 1e3:g} mm')} in the vessel: {reason}")

@@ -29,6 +29,11 @@ def plain(value: float) -> str:
     return f"{float(f'{value:.3g}'):g}"
 
 
+def do_not_fit(balls: int, of: str) -> str:
+    """That balls of a size do not fit, in words; of: the size, or the sizes."""
+    return f"{counted(balls, 'ball')} {of} {'does' if balls == 1 else 'do'} not fit"
+
+
 def counted(number: int, word: str) -> str:
     """A number of things: 1 ball, 24 balls, 2 tori."""
     plural = {"torus": "tori"}.get(word, f"{word}s")

@@ -22,12 +22,14 @@ from millprint.config.setup_models import (
     ReposeDrumConfig,
 )
 from millprint.config.sweep import Case, expand_sweep
+from millprint.dem.collisions import collision_table
 from millprint.dem.layout import SNAPSHOT
+from millprint.dem.ledger import check_balance, ledger_series
 from millprint.dem.simulation import Simulation
 from millprint.estimate.estimates import half_width, latin_hypercube
 from millprint.mill.kernel_columns import span_of
 from millprint.run.hdf5 import open_hdf5
-from millprint.validation.measured import BLOCKS, CONTACT, SCATTER, Inputs, prediction
+from millprint.validation.measured import BLOCKS, CONTACT, Inputs, prediction
 
 # At the surface, the number density falls to this share of its value in the bed.
 SURFACE_SHARE = 0.5
@@ -304,13 +306,19 @@ def sample_contacts(contact: ContactConfig, settings: ReposeDrumConfig) -> list[
 
 
 def _slice_angle(inputs: Inputs, case: Case, contact: ContactConfig) -> Values:
-    """Angle of the surface in a slice with smooth ends [deg], simulated here."""
+    """Angle of the surface in a slice with smooth ends [deg], simulated here.
+
+    Raises SimulationError where the energy balance does not close.
+    """
     settings: ReposeDrumConfig = inputs.settings
     whole, shape = _drum(inputs)
     geometry = shape.model_copy(update={"height_mm": settings.slice_mm, "smooth_ends": True})
     volume_ml = whole.volume_ml * settings.slice_mm / shape.height_mm
     mill = whole.model_copy(update={"geometry": geometry, "volume_ml": volume_ml})
-    balls = np.concatenate(Simulation(case, mill, contact, inputs.dem).run("slice").snapshots)
+    simulation = Simulation(case, mill, contact, inputs.dem)
+    recording = simulation.run("slice")
+    check_balance(simulation, ledger_series(np.concatenate(recording.samples)), collision_table(recording.table))
+    balls = np.concatenate(recording.snapshots)
     places, velocities = (
         balls[..., span_of(columns)][..., ACROSS] for columns in (SNAPSHOT.position_m, SNAPSHOT.velocity_m_s)
     )
@@ -320,13 +328,13 @@ def _slice_angle(inputs: Inputs, case: Case, contact: ContactConfig) -> Values:
 def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
     """Set-up 7: the angle of the surface in the whole drum, the mean of its seeds.
 
-    Its interval is by seeds, plus on each side the largest change with other contact parameters in a slice.
+    Its interval is by blocks of time of all seeds, which are few, plus on each side the largest change with other
+    contact parameters in a slice.
     """
     settings: ReposeDrumConfig = inputs.settings
     motions = [read_motion(inputs.runs / path / "run.h5", _radius(inputs)) for path in inputs.cases]
     angles = np.array([motion.surface(settings).angle_deg for motion in motions])
     blocks = [[part.surface(settings).angle_deg for part in motion.blocks(settings.blocks)] for motion in motions]
-    # Two seeds give little information on the scatter, so the blocks of time of all seeds are used.
     scatter = float(half_width(np.concatenate(blocks)))
     case = next(iter(expand_sweep(settings.sweeps[0], inputs.dem, settings.mill)))
     contacts = [inputs.contact, *sample_contacts(inputs.contact, settings)]
@@ -340,7 +348,7 @@ def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
         [
             prediction(
                 REPOSE, "deg", found, id=id, lower=found + min(changes) - scatter, upper=found + max(changes) + scatter,
-                interval=f"{SCATTER} and {CONTACT}" if settings.samples else SCATTER,
+                interval=f"{BLOCKS} and {CONTACT}" if settings.samples else BLOCKS,
             ),
             prediction(REPOSE, "deg", base, id=id, model="slice without ends"),
         ]
