@@ -139,17 +139,13 @@ class Stage(NamedTuple):
 class Whole(NamedTuple):
     """Conditions of chapter 3: sizes, fill ratios at the first and the last speed, and every speed at one fill ratio.
 
-    revolutions: recorded turns, by the ball diameter; a window of them grows up to `longest` of its length, and begins
-    anew while a power still rises or falls, by `power_error_max` as in a sweep, None: it does not. At fill ratios of
-    0.04 and 0.06 the tangential power of 5 mm balls rises for some thirty turns.
+    revolutions: recorded turns, by the ball diameter.
     """
 
     fill_ratios: tuple[float, ...] = (0.04, 0.06, 0.08, 0.10, 0.12, 0.16, 0.17, 0.20, 0.30, 0.40)
     speeds_rpm: tuple[float, ...] = (600.0, 800.0, 1000.0, 1200.0)
     every_speed_at: float = 0.08
     revolutions: tuple[tuple[float, int], ...] = ((10.0, 30), (5.0, 12))
-    power_error_max: float | None = 0.05
-    longest: int = 4
 
 
 class JarSearch(Section):
@@ -173,6 +169,12 @@ class JarSearch(Section):
     """time for the balls to come to rest [s]"""
     discard_revolutions: int = 6
     """first revolutions, left out of the averages"""
+    power_error_max: float | None = 0.05
+    """as in a sweep, so that a window begins anew while a power still rises: at fill ratios of 0.04 and 0.06 the
+    tangential power of 5 mm balls does so for some thirty turns; None: windows do not grow [-]
+    """
+    longest: int = 4
+    """length up to which a window grows, over its first one [-]"""
     closure_max: float = 0.02
     """in place of dem.closure_max, for the coarse step [-]"""
     screening: Stage = Stage(jars=48, revolutions=10)
@@ -199,7 +201,8 @@ QUICK = JarSearch(
     refining=Stage(jars=1, revolutions=2),
     rounds=1,
     equal_jars=2,
-    whole=Whole(fill_ratios=(0.08,), speeds_rpm=(1200.0,), revolutions=((10.0, 2),), power_error_max=None),
+    whole=Whole(fill_ratios=(0.08,), speeds_rpm=(1200.0,), revolutions=((10.0, 2),)),
+    power_error_max=None,
 )
 
 

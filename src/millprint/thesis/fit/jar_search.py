@@ -207,11 +207,13 @@ def trial_cases(mill: str, values: pd.DataFrame, settings: JarSearch, stage: Sta
 def case_of(
     mill: str, settings: JarSearch, diameter_mm: float, fill_ratio: float, speed_rpm: float, turns: float, seed: int = 0
 ) -> Case:
-    """A case of a jar; the window and what is discarded before it are counted in turns."""
+    """A case of a jar; its first window and what is discarded before it are counted in turns."""
     place = {"ball_diameter_m": diameter_mm / 1e3, "fill_ratio": fill_ratio, "speed_hz": speed_rpm / 60, "seed": seed}
     counts = {"discard_s": settings.discard_revolutions, "window_s": turns}
     times = {name: count * 60.0 / speed_rpm for name, count in counts.items()}
-    common = settings.model_dump(include={"contact", "time_step_s", "closure_max", "settle_s"})
+    if settings.power_error_max:
+        times["window_max_s"] = settings.longest * times["window_s"]
+    common = settings.model_dump(include={"contact", "time_step_s", "power_error_max", "closure_max", "settle_s"})
     return Case(mill=mill, **common, **place, **times)
 
 

@@ -211,14 +211,10 @@ def whole_cases(mill: str, settings: JarSearch) -> list[Case]:
     places = dict.fromkeys(
         [*itertools.product(whole.fill_ratios, ends), *((whole.every_speed_at, speed) for speed in whole.speeds_rpm)]
     )
-    cases = [
+    return [
         case_of(mill, settings, diameter, *place, revolutions)
         for (diameter, revolutions), place in itertools.product(whole.revolutions, places)
     ]
-    if whole.power_error_max is None:
-        return cases
-    growing = {"power_error_max": whole.power_error_max}
-    return [case.model_copy(update=growing | {"window_max_s": whole.longest * case.window_s}) for case in cases]
 
 
 def simulate_jar(
