@@ -322,7 +322,7 @@ def of_models(root: Path) -> str:
         "Runs that each model's own intervals of 50, 80 and 95 % hold, in per cent:",
         in_markdown(["model", "leave-one-out", "5-fold", "their mean widths, 5-fold (points)"], held),
         f"R2 minus that of the {TITLES[AVERAGED]} and of the {TITLES[SURFACE]}, with errors of paired tests; a * where "
-        "p < 0.05 after Holm's correction for all models:",
+        "p < 0.05 after Holm's correction for the models of a column:",
         in_markdown(["model", *(f"{TITLES[name]}, {words}" for name, _, words in pairs)], apart),
         f"Of {chance['repeats']:.0f} shuffles of the yields, the best reaches an R2 of {chance['highest']:.2f} (p = "
         f"{chance['value']:.2g} for the measured order, by leave-one-out in closed form).",
