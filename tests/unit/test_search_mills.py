@@ -12,6 +12,7 @@ from millprint.atlas.search_mills import (
     ALIKE,
     EQUAL,
     Found,
+    _as_set,
     fastest_of_kinds,
     listed_mills,
     makers_mills,
@@ -83,6 +84,18 @@ def test_a_maker_s_mill_has_a_jar_and_the_speed_that_its_maker_gives():
     _, planetary = recognise(load_mill("planetary"))
     assert own_mill("own", PLANETARY, planetary, made)["fastest_hz"] == pytest.approx(650 / 60)
     assert own_mill("own", PLANETARY, planetary | {"height_mm": 70.0}, made)["fastest_hz"] is None
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.name)
+def test_speeds_are_as_a_mill_is_set_and_within_its_bounds(kind):
+    step = 0.1 if kind.speed_unit == "hz" else 1 / 60
+    rng = np.random.default_rng(0)
+    for slowest, width in zip(rng.uniform(0, 20, 200), rng.choice([0.0, 0.3, 5.0], 200) * step, strict=True):
+        within = slowest, slowest + width
+        set_hz = _as_set(kind, rng.uniform(0, 30, 50), within)
+        assert (set_hz >= within[0]).all() and (set_hz <= within[1]).all()
+        if width > 2 * step:
+            assert np.round(set_hz / step) * step == pytest.approx(set_hz, rel=1e-9)
 
 
 def test_no_mill_is_faster_than_its_maker_says_and_what_is_assumed_is_told(capsys):

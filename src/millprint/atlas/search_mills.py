@@ -250,8 +250,9 @@ def _as_set(kind: Kind, speed_hz: np.ndarray, within: tuple[float, float]) -> np
     """Speeds as a mill is set, and within its bounds: whole turns per minute, or tenths of hertz."""
     step = 0.1 if kind.speed_unit == "hz" else 1 / 60
     slowest, fastest = within
-    whole = np.minimum(np.round(speed_hz / step), np.floor(fastest / step * (1 + 1e-9)))
-    return np.clip(np.maximum(whole, 1) * step, slowest, fastest)
+    least, most = np.ceil(slowest / step * (1 - 1e-9)), np.floor(fastest / step * (1 + 1e-9))
+    # A machine of one speed may have none of these between its bounds.
+    return np.clip(np.clip(np.round(speed_hz / step), max(least, 1), most) * step, slowest, fastest)
 
 
 def _bounds(kind: Kind, base: Values, speeds_hz: tuple[float, float]) -> list[tuple[float, float]]:

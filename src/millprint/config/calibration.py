@@ -170,8 +170,8 @@ class JarSearch(Section):
     discard_revolutions: int = 6
     """first revolutions, left out of the averages"""
     power_error_max: float | None = 0.05
-    """as in a sweep, so that a window begins anew while a power still rises: at fill ratios of 0.04 and 0.06 the
-    tangential power of 5 mm balls does so for some thirty turns; None: windows do not grow [-]
+    """as in a sweep: a window begins anew while a power still rises, as the tangential power of 5 mm balls does for
+    some thirty turns at fill ratios of 0.04 and 0.06; None: windows do not grow [-]
     """
     longest: int = 4
     """length up to which a window grows, over its first one [-]"""

@@ -32,7 +32,7 @@ STATED_S, DEM_S = 15.0, 22_734
 COMPARED_S = 5.0
 # Sec. 6.2.2: epochs of the thesis's training.
 STATED_EPOCHS = 2000
-# The tables of a test by time, with the columns of the roll-out, of the simulation, and of their difference.
+# Tables of a roll-out by time: its position error; its dissipation, and that of the simulation.
 ERRORS, CUMULATIVE = "errors.tsv", "dissipation.tsv"
 
 
