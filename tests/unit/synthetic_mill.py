@@ -27,14 +27,13 @@ ROLLING = 0.3
 WEIGHTED_OVER_MEAN, STRONG = {"normal": 4.0, "tangential": 2.0}, 0.4
 
 
-def weighted(channel, frequency, power, balls, error):
-    """Weighted energy and frequency of a channel, with relative errors."""
+def weighted(channel, frequency, power, balls):
+    """Weighted energy and frequency of a channel."""
     energy = WEIGHTED_OVER_MEAN[channel] * power / frequency
     return {
         "energy_J": energy,
         "specific_frequency_hz": power / energy / balls,
         "negative": {"count": 0, "share": 0.0},
-        "relative_error": {"energy": error, "frequency": 2 * error},
     }
 
 
@@ -75,8 +74,8 @@ def summary(
 ):
     """The summary of one run; `noise` is the relative change of powers, `factor` multiplies powers and frequency.
 
-    `error` is the relative standard error of the normal power, twice that of the tangential power. A `mixture` has the
-    dissipation of its mean ball.
+    `error` is the relative standard error of the normal power and of its weighted energy, twice the tangential ones.
+    A `mixture` has the dissipation of its mean ball.
     """
     normal_curve, tangential_curve, frequency_curve = true_curves(fill_ratio)
     amplitude = AMPLITUDE if amplitude_mm is None else amplitude_mm * 1e-3
@@ -92,6 +91,8 @@ def summary(
     # Turns that are not like the one before.
     ripple = 1.0 + 0.1 * np.sin(2.0 * np.arange(10) + seed)
     ripple /= ripple.mean()
+    # A pattern of turns with a mean of zero and a standard error of one.
+    pattern = np.array([1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0]) * 3.0
     frequency = frequency_curve * speed * balls * factor
     return {
         "case": {
@@ -128,8 +129,8 @@ def summary(
             "tangential_J": list(tangential / speed * ripple),
             "rolling_J": list(rolling / speed * ripple),
             "wall_J": list(wall / speed * ripple),
-            "normal_square_J2": list(4.0 * normal**2 / frequency / speed * ripple**2),
-            "tangential_square_J2": list(2.0 * tangential**2 / frequency / speed * ripple**2),
+            "normal_square_J2": list(4.0 * normal**2 / frequency / speed * (ripple + error * pattern)),
+            "tangential_square_J2": list(2.0 * tangential**2 / frequency / speed * (ripple + 0.5 * error * pattern)),
         },
         "collisions": [
             counted("lifetimes", 0.0, 2.0 * frequency, normal, tangential, balls),
@@ -137,8 +138,8 @@ def summary(
             counted("gap_0_03", 0.03, frequency, normal, tangential, balls),
         ],
         "weighted": {
-            "normal": weighted("normal", frequency, normal, balls, error),
-            "tangential": weighted("tangential", frequency, tangential, balls, 0.5 * error),
+            "normal": weighted("normal", frequency, normal, balls),
+            "tangential": weighted("tangential", frequency, tangential, balls),
             "strong_frequency_hz": STRONG * frequency / balls,
         },
         "mean_ball_height_m": 0.01,

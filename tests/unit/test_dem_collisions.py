@@ -22,7 +22,6 @@ from millprint.dem.collisions import (
 )
 from millprint.dem.layout import COLLISION, ENDED
 from millprint.dem.recording import Table, make_table
-from millprint.dem.run import weighted_errors
 from millprint.mill.kernel_columns import width_of
 from millprint.observables.counted_collisions import CHANNELS
 
@@ -295,17 +294,6 @@ def test_negative_works_weigh_nothing_and_are_told():
     # E* times f* is the power, that of the negative works included.
     assert found["normal"]["energy_J"] * found["normal"]["specific_frequency_hz"] * 4 == pytest.approx(5.5 / 2.0)
     assert weighted_of([])["normal"]["energy_J"] == 0.0 and weighted_of([-1.0])["strong_frequency_hz"] == 0.0
-
-
-def test_errors_of_weighted_statistics_over_turns_are_by_hand():
-    # Over their means, two turns of 1 and 3 J are 0.5 and 1.5: E* errs by half their gap, f* by the whole.
-    found = weighted_errors([1.0, 3.0], np.array([2.0, 2.0]))
-    assert found == {"energy": pytest.approx(0.5), "frequency": pytest.approx(1.0)}
-    # Squares less energy, and twice energy less squares, of every turn.
-    found = weighted_errors([1.0, 2.0, 3.0], np.array([1.0, 1.0, 4.0]))
-    assert found["energy"] == pytest.approx(np.std([0.0, -0.5, 0.5], ddof=1) / np.sqrt(3))
-    assert found["frequency"] == pytest.approx(np.std([0.5, 1.5, 1.0], ddof=1) / np.sqrt(3))
-    assert weighted_errors([1.0], np.array([2.0])) == {"energy": None, "frequency": None}
 
 
 def test_squares_of_every_turn_add_up_to_those_of_all_contacts():

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from millprint.config.errors import ConfigError
-from millprint.fingerprint.descriptors import _of_blocks, _ratio_of_parts, tabulate_descriptors
+from millprint.fingerprint.descriptors import _of_blocks, _ratio_of_parts, tabulate_descriptors, weighted_errors
 from millprint.fingerprint.predicted_values import conditions_of
 from millprint.fingerprint.readers import check_summary, read_summaries
 from millprint.observables.condition import SCALES, VARIABLES, Condition, energy_scale, fill_grid
@@ -52,6 +52,17 @@ def test_a_ratio_of_powers_varies_with_the_difference_of_its_parts():
     assert _ratio_of_parts(0.2, 0.0, turns, 0 * even)[1:] == (None, 0)
 
 
+def test_errors_of_weighted_statistics_are_by_hand():
+    # Over their means, two turns of 1 and 3 J are 0.5 and 1.5: E* errs by half their gap, f* by the whole.
+    found = weighted_errors(np.array([1.0, 3.0]), np.array([2.0, 2.0]))
+    assert found == {"energy": (pytest.approx(0.5), 1), "frequency": (pytest.approx(1.0), 1)}
+    assert weighted_errors(np.array([1.0]), np.array([2.0])) == {"energy": (None, 0), "frequency": (None, 0)}
+    # Sixteen turns in pairs are eight: squares of 1.5 and 0.5 of their mean vary by 0.5 sqrt(8 / 7) from pair to pair.
+    squares = np.tile([1.5, 1.5, 0.5, 0.5], 4)
+    found = weighted_errors(np.ones(16), squares)
+    assert found["energy"] == found["frequency"] == (pytest.approx(0.5 * np.sqrt(8 / 7) / np.sqrt(8)), 7)
+
+
 @pytest.mark.parametrize(("measure", "of_a_ball"), [("number", 1.0), ("mass_g", 7.7 * np.pi / 6)])
 def test_balls_that_are_counted_or_weighed_are_a_fill_ratio(measure, of_a_ball):
     """24 balls of 10 mm and 7.7 g/cm3 in 125 mL."""
@@ -72,13 +83,15 @@ def known_run() -> dict:
     power = {"normal": 8.0, "tangential": 2.0, "rolling": 2.5, "wall": 12.5}
     error = {"normal": 0.8, "tangential": 0.4}
     turns = {"normal_J": [0.7, 0.9, 0.7, 0.9], "tangential_J": [0.2, 0.2, 0.3, 0.1], "rolling_J": [0.25] * 4}
+    # Over their means, squares are 0.1 above the energies in two turns and 0.1 below in two.
+    squares = {"normal_square_J2": [0.975, 1.225, 0.775, 1.025], "tangential_square_J2": [0.9, 0.9, 1.3, 0.9]}
     return run | {
-        "per_revolution": turns,
+        "per_revolution": turns | squares,
         "ball_diameter_m": 0.1, "collisions": [rule], "power_W": power, "power_standard_error_W": error,
         "restitution": 0.5, "static_friction": 0.0,
         "weighted": {
-            "normal": weighted("normal", 4.0, 8.0, 5, 0.1),
-            "tangential": weighted("tangential", 4.0, 2.0, 5, 0.2),
+            "normal": weighted("normal", 4.0, 8.0, 5),
+            "tangential": weighted("tangential", 4.0, 2.0, 5),
             "strong_frequency_hz": 0.32,
         },
     }  # fmt: skip
@@ -121,8 +134,9 @@ def test_known_collisions_have_a_known_answer():
         "fn_star": 0.02,
         "ft_star": 0.04,
         "f90": 0.032,
-        "En_star_se": 0.8,
-        "fn_star_se": 0.004,
+        # An energy varies with squares less energies, its rate with twice the energies less squares.
+        "En_star_se": 8.0 * 0.1 / np.sqrt(3),
+        "fn_star_se": 0.02 * np.hypot(0.125, 0.1) / np.sqrt(3),
         "f90_se": 0.032 / np.sqrt(3.2),  # 3.2 strong collisions
     }
     assert row[list(known)].to_dict() == pytest.approx(known, rel=1e-12)
@@ -131,10 +145,10 @@ def test_known_collisions_have_a_known_answer():
 
 def test_of_two_seeds_a_weighted_energy_has_three_degrees_of_freedom_from_four_turns_each():
     runs = [known_run() | {"seed": seed} for seed in range(2)]
-    runs[1]["weighted"] = runs[1]["weighted"] | {"normal": weighted("normal", 4.0, 8.8, 5, 0.1)}
+    runs[1]["weighted"] = runs[1]["weighted"] | {"normal": weighted("normal", 4.0, 8.4, 5)}
     row = tabulate_descriptors(runs, "gap_0_03").iloc[0]
-    between = np.var([8.0 / 8.4, 8.8 / 8.4], ddof=1)
-    assert row["En_star_se"] == pytest.approx(8.4 * np.sqrt((6 * 0.1**2 + between) / 7 / 2))
+    between = np.var([8.0 / 8.2, 8.4 / 8.2], ddof=1)
+    assert row["En_star_se"] == pytest.approx(8.2 * np.sqrt((6 * 0.1**2 / 3 + between) / 7 / 2))
 
 
 def test_a_mill_at_rest_has_no_efficiency():
@@ -173,8 +187,9 @@ def test_errors_of_several_seeds_are_by_hand():
     """Seeds at 0.7, 1 and 1.3 times the known run: a mean has 0.3 / sqrt(3) of it; what is alike, that of the turns."""
     runs = [times(factor, 80) | {"case": known_run()["case"] | {"seed": k}} for k, factor in enumerate((0.7, 1, 1.3))]
     row, of_seeds = tabulate_descriptors(runs, "gap_0_03").iloc[0], 0.3 / np.sqrt(3)
-    # Of turns and of three equal seeds, each for half: w / 2, of which the mean of three has a third.
-    turns = {"ratio": (2 * 0.125**2 + 2 * 0.625**2) / 3 / 4, "fn_star": 0.2**2, "ft_star": 0.4**2}
+    # Of turns and of three equal seeds, each for half: w / 2, of which the mean of three has a third. Tangential turns
+    # have 2 e - s of 0.1, 0.1, 0.7 and -0.9 about one.
+    turns = {"ratio": (2 * 0.125**2 + 2 * 0.625**2) / 3 / 4, "fn_star": (0.125**2 + 0.1**2) / 3, "ft_star": 0.11}
     known = {f"{name}_se": row[name] * np.sqrt(w / 6) for name, w in turns.items()}
     known |= {f"{name}_se": row[name] * of_seeds for name in ("Pn", "Pt", "P", "Pr", "Pw", "En_star", "Et_star", "f")}
     known |= {f"{name}_se": row[name] * np.sqrt(2) * of_seeds for name in ("En", "Et")}

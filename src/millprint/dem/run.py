@@ -53,21 +53,6 @@ def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]
     return {name: np.diff(column.to_numpy()[::samples]).tolist() for name, column in columns.items()}
 
 
-def weighted_errors(energies: list[float], squares: np.ndarray) -> dict[str, float | None]:
-    """Relative standard errors [-] of an energy-weighted mean E* and of its rate f* = P / E*.
-
-    energies: of each turn [J]; squares: sums of squares of the contacts that begin in each turn (turns,) [J2]. E* goes
-    with squares / energy and f* with energy^2 / squares: errors of ratios, to first order. None for fewer than two
-    turns.
-    """
-    energy = np.asarray(energies, dtype=float)
-    if len(energy) < 2 or not energy.mean() or not squares.mean():
-        return {"energy": None, "frequency": None}
-    of_energy, of_squares = energy / energy.mean(), squares / squares.mean()
-    residuals = {"energy": of_squares - of_energy, "frequency": 2 * of_energy - of_squares}
-    return {name: float(values.std(ddof=1) / math.sqrt(len(values))) for name, values in residuals.items()}
-
-
 def finite(value: float) -> float | None:
     """A number for JSON, which has no infinity."""
     return value if math.isfinite(value) else None
@@ -166,9 +151,6 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         / window,
     }
     weighted = weighted_statistics(contacts, power, simulation.begin_s, window, simulation.count, frequency)
-    for name in CHANNELS:
-        own = squares.get(name, np.empty(0))
-        weighted[name]["relative_error"] = weighted_errors(revolutions.get(f"{name}_J", []), own)
     return described(simulation) | {
         "ledger_J": ledger,
         "closure": check_balance(simulation, series, table),

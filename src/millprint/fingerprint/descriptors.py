@@ -177,15 +177,17 @@ SCATTERED = (
 def _scatter_row(summary: dict, collisions: Collisions | None) -> dict[str, float]:
     """For a run: the value of each of SCATTERED, its relative variance from the turns, and the degrees of freedom."""
     energies = [np.asarray(summary["per_revolution"].get(f"{name}_J", []), dtype=float) for name in PARTS]
-    powers, turns = [summary["power_W"][name] for name in PARTS], len(energies[0])
+    powers = [summary["power_W"][name] for name in PARTS]
     rolling_W, rolling = powers.pop(), energies.pop()
     told = {}
     for name, power, energy in zip(CHANNELS, powers, energies, strict=True):
         error, weighted = summary["power_standard_error_W"][name], summary["weighted"][name]
         known = mean_of_turns(energy.tolist())
         told[f"{name}_power"] = (power, error and power and error / power, known.freedom if known else 0)
+        squares = np.asarray(summary["per_revolution"].get(f"{name}_square_J2", []), dtype=float)
+        errors = weighted_errors(energy, squares)
         for kind, key in (("energy", "energy_J"), ("frequency", "specific_frequency_hz")):
-            told[f"weighted_{name}_{kind}"] = (weighted[key], weighted["relative_error"][kind], turns - 1)
+            told[f"weighted_{name}_{kind}"] = (weighted[key], *errors[kind])
     counted = np.sum(energies, axis=0)
     told["power"] = (sum(powers), *_relative(counted))
     told["rolling_power"] = (rolling_W, *_relative(rolling))
@@ -199,6 +201,19 @@ def _scatter_row(summary: dict, collisions: Collisions | None) -> dict[str, floa
         variance = np.nan if error is None else error**2
         row |= {name: value, f"{name}_variance": variance, f"{name}_freedom": 0 if error is None else freedom}
     return row
+
+
+def weighted_errors(energies: np.ndarray, squares: np.ndarray) -> dict[str, tuple[float | None, int]]:
+    """Relative errors of an energy-weighted mean E* and of its rate f* = P / E*, each with its degrees of freedom.
+
+    energies: of each turn (turns,) [J]; squares: sums of squares of the contacts that begin in each turn (turns,) [J2].
+    E* goes with squares / energy and f* with energy^2 / squares: errors of ratios to first order, of turns that may be
+    alike (`mean_of_turns`). None for fewer than two turns.
+    """
+    if len(energies) < 2 or not energies.mean() or len(squares) != len(energies) or not squares.mean():
+        return {"energy": (None, 0), "frequency": (None, 0)}
+    of_energy, of_squares = energies / energies.mean(), squares / squares.mean()
+    return {"energy": _relative(1 + of_squares - of_energy), "frequency": _relative(2 * of_energy - of_squares)}
 
 
 def _ratio_of_parts(
