@@ -42,7 +42,7 @@ if "snakemake" in globals():
             search = Search(settings, trial)
             best = search.run(start)
             write_table(search.table(), made.search)
-            write_table(equally_good(search.table(), settings), made.equal_jars)
+            write_table(equally_good(search.table(), settings, start), made.equal_jars)
             geometry = shaped(mill, best).geometry.model_dump(mode="json", exclude_none=True)
             with whole_file(made.geometry) as partial:
                 partial.write_text(yaml.safe_dump({"geometry": geometry}, sort_keys=False))

@@ -160,7 +160,8 @@ def test_jars_and_rules_that_agree_with_every_fitted_value_fit_equally_well(tmp_
         ("screening", 35.0, "a", 13.0), ("screening", 35.0, "b", 12.0), ("refining", 34.0, "a", 18.0),
         ("refining", 35.0, "a", 3.0), ("screening", 36.0, "a", 14.5),
     )  # fmt: skip
-    found = equally_good(search, settings)
+    nowhere = grid_point(height_mm=31.0)
+    found = equally_good(search, settings, nowhere)
     # By the longer trial 34 mm is out; 35 mm is best and has both rules; 33 mm is farther from it than 36 mm.
     assert found[["jar", "height_mm", "counting_rule"]].to_numpy().tolist() == [
         [1, 35, "a"],
@@ -168,6 +169,11 @@ def test_jars_and_rules_that_agree_with_every_fitted_value_fit_equally_well(tmp_
         [2, 33, "a"],
         [3, 36, "a"],
     ]
+    # The chosen jar is the first, with its best rule where none agrees with every value.
+    for height, expected in ((33.0, [[1, 33, "a"], [2, 36, "a"], [3, 35, "a"], [3, 35, "b"]]), (34.0, [[1, 34, "a"]])):
+        of_chosen = equally_good(search, settings, grid_point(height_mm=height))
+        rows = of_chosen[["jar", "height_mm", "counting_rule"]].to_numpy().tolist()
+        assert rows[: len(expected)] == expected
     path = tmp_path / "jars.tsv"
     write_table(found, path)
     pd.testing.assert_frame_equal(read_equal_jars(path, ["a", "b"]), found, check_dtype=False)

@@ -212,8 +212,8 @@ class FitConfig(Section):
     mill: Name
     """the mill that is fitted; a run of another mill fits nothing"""
     equal_jars: ProjectFile | None = None
-    """table of jars and counting rules that fit equally well, as the target `fit` writes it; claims of chapter 3 are
-    judged by all of them
+    """table of the chosen jar and of jars and counting rules that fit equally well, as the target `fit` writes it;
+    claims of chapter 3 are judged by all of them
     """
     quick: bool = False
     """whether two jars are enough, for a test of the workflow"""

@@ -10,7 +10,7 @@ Jars and counting rules that fit equally well, and what each gives at the condit
 
 The fit has six knobs, five of the shape and the counting rule, for six printed values, so that it has no unique answer.
 A jar and a rule fit equally well if they agree with every fitted value as a claim of it does, within TOLERANCE. A claim
-of chapter 3 is then judged by all of them: what only some of them meet is a property of the choice.
+of chapter 3 is then judged by the chosen jar and all of them: what only some of them meet is a property of the choice.
 """
 
 import itertools
@@ -160,25 +160,31 @@ def _agreeing(drawn: np.ndarray, weights: np.ndarray, present: dict[str, float],
 
 # Of the claims on the fitted values [-].
 TOLERANCE = 0.15
+# Places of one jar differ by less in the ranges of the search [-]: a mill's file has rounded lengths.
+SAME = 1e-4
 RULE = "counting_rule"
 COLUMNS = ["jar", *JAR_PARAMETERS, RULE, "misfit", "held_back_misfit"]
 
 
-def equally_good(search: pd.DataFrame, settings: JarSearch) -> pd.DataFrame:
-    """The jars and rules of a search that agree with every fitted value, with COLUMNS: a row for each jar and rule.
+def equally_good(search: pd.DataFrame, settings: JarSearch, chosen: dict[str, float]) -> pd.DataFrame:
+    """The chosen jar, and the jars and rules of a search that agree with every fitted value: a row each, with COLUMNS.
 
-    search: fit_search.tsv. A jar that was simulated in both stages counts by the longer one. Jar 1 has the smallest
-    misfit, and each next one is the farthest from those before it, in shares of the ranges of the search, so that the
-    first `settings.equal_jars`, which are simulated, span the set.
+    search: fit_search.tsv; chosen: the parameters of the mill's jar. A jar that was simulated in both stages counts by
+    the longer one. Jar 1 is the chosen one, by its best rule where none agrees with every value, or the one with the
+    smallest misfit where the search lacks it. Each next one is the farthest from those before it, in shares of the
+    ranges of the search, so that the first `settings.equal_jars`, which are simulated, span the set.
     """
     jar = list(JAR_PARAMETERS)
-    last = search.drop_duplicates([*jar, RULE], keep="last")
+    last = search.drop_duplicates([*jar, RULE], keep="last").sort_values("misfit", kind="stable")
     errors = last[[f"{name}_percent" for name in settings.fitted]].abs()
-    agreeing = last[(errors <= 100 * TOLERANCE).all(axis=1)].sort_values("misfit", kind="stable")
-    shapes = agreeing.drop_duplicates(jar)
+    agrees = (errors <= 100 * TOLERANCE).all(axis=1)
+    last["chosen"] = (np.abs(places_of(last) - places_of(pd.DataFrame([chosen]))) < SAME).all(axis=1)
+    best_of_chosen = last["chosen"] & (last["chosen"].cumsum() == 1)
+    members = last[agrees | best_of_chosen].sort_values(["chosen", "misfit"], ascending=[False, True], kind="stable")
+    shapes = members.drop_duplicates(jar)
     order = farthest(places_of(shapes)) if len(shapes) else []
-    chosen = shapes.iloc[order][jar].assign(jar=range(1, len(shapes) + 1))
-    return chosen.merge(agreeing, on=jar)[COLUMNS]
+    numbered = shapes.iloc[order][jar].assign(jar=range(1, len(shapes) + 1))
+    return numbered.merge(members, on=jar)[COLUMNS]
 
 
 def farthest(places: np.ndarray) -> list[int]:
