@@ -11,6 +11,7 @@ from millprint.config.mill import StlGeometry
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
 from millprint.mill.wall_features import features_of
+from millprint.mill.wall_words import drawn_in_words
 from tests import profiles
 from tests.profiles import Hollow, chain, circle_pieces, random_rotation, rounded, stadium_pieces, write_stl
 from tests.surfaces import check_contacts, hollow_of, style_of, vessel_of
@@ -119,8 +120,17 @@ def test_a_round_jar_holds_what_its_formula_says(mills):
 def test_what_is_nearly_round_is_said_with_how_far_off_it_is(in_project):
     mesh = trimesh.creation.revolve(np.array([[0, 0], [20, 0], [25, 30], [0, 30]]) / 1e3, sections=48)
     mesh.vertices += np.random.default_rng(0).normal(scale=1e-5, size=mesh.vertices.shape)
-    (words,) = from_file(mesh).report
+    vessel = from_file(mesh)
+    (words,) = vessel.report
     assert re.match(r"a cone of (19\.9|20)\S* to 25\S* mm would fit 0 of \d+ facets; vertices are up to 0\.0", words)
+    assert "export it with more decimals" in (drawn_in_words(vessel) or "")
+
+
+def test_decimals_are_not_advised_where_a_wall_is_no_round_surface(in_project):
+    mesh = trimesh.creation.cylinder(radius=0.02, height=0.03, sections=96)
+    mesh.apply_scale([1.4, 1, 1])
+    words = drawn_in_words(from_file(mesh)) or ""
+    assert "near no cylinder" in words and "decimals" not in words
 
 
 def hollow(name: str, radius: float) -> Hollow:

@@ -75,11 +75,12 @@ def drawn_in_words(vessel: Vessel) -> str | None:
     facets = round_facets(vessel).max()
     if not facets:
         return None
-    why = f" ({vessel.report[-1]})" if vessel.report else ""
+    why = vessel.report[-1] if vessel.report else "it is near no cylinder, cone, sphere or torus"
+    more_decimals = "with more decimals, or " if vessel.report else ""
     return (
-        f"a wall that looks round stays {facets} flat facets{why}: where balls roll, collision frequency and E*n need "
-        "192 facets a turn, the normal power more, and E*t is too small with any number (docs/why/jar_and_motion.md); "
-        "export it with more decimals, or as 192 facets a turn"
+        f"a wall that looks round stays {facets} flat facets ({why}): where balls roll, collision frequency and E*n "
+        "need 192 facets a turn, the normal power more, and E*t is too small with any number "
+        f"(docs/why/jar_and_motion.md); export it {more_decimals}as 192 facets a turn"
     )
 
 
