@@ -355,7 +355,7 @@ def summarise(
     samples = simulation.dem.ledger_samples_per_revolution
     turns = {name: np.diff(series[f"{name}_J"].to_numpy()[::samples]).tolist() if frequency else [] for name in
              ("wall_work", "lost")}  # fmt: skip
-    known = mean_of_turns(turns["wall_work"])
+    known = mean_of_turns(turns["lost"])
     mass = simulation.count * float(simulation.balls.mass[0])
     steps = schedule.end
     balls = {}
@@ -371,8 +371,6 @@ def summarise(
                 else 0,
             }
         }
-    kinetic_change = float(last["kinetic_J"] - first["kinetic_J"])
-    supplied = float(last["wall_work_J"] + last["gravity_work_J"])
     return described(simulation) | {
         "engine": {"name": "LAMMPS", "version": log.version, "ranks": log.ranks},
         "absent": [*ABSENT, *([] if contacts is not None else ["contacts between balls: too many"])],
@@ -380,12 +378,12 @@ def summarise(
             "wall_work": float(last["wall_work_J"]),
             "gravity_work": float(last["gravity_work_J"]),
             "lost": float(last["lost_J"]),
-            "kinetic_change": kinetic_change,
+            "kinetic_change": float(last["kinetic_J"] - first["kinetic_J"]),
         },
         # As in a run of ours, less what the balls stored of it; what the contacts store is not known.
-        "power_W": {"wall": (supplied - kinetic_change) / window, "lost": float(last["lost_J"]) / window},
+        "power_W": {"wall": float(last["lost_J"]) / window},
         "power_standard_error_W": {"wall": known and known.error * frequency},
-        "power_relative_error": {"wall": finite(relative_error(turns["wall_work"]))},
+        "power_relative_error": {"wall": finite(relative_error(turns["lost"]))},
         "per_revolution": {"wall_J": turns["wall_work"], "lost_J": turns["lost"]},
         **balls,
         "rms_speed_m_s": math.sqrt(2 * float(series["kinetic_translation_J"].mean()) / mass),
