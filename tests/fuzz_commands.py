@@ -10,7 +10,6 @@ import contextlib
 import io
 import random
 import shutil
-import subprocess
 import sys
 import tempfile
 import traceback
@@ -150,12 +149,11 @@ def damage(path: Path, rng: random.Random) -> None:
 def outcome_of(words: list[str]) -> str:
     """The exit status of a command, or the traceback; a refusal without a line is a fault too."""
     out, err = io.StringIO(), io.StringIO()
-    done = subprocess.CompletedProcess(words, 0)
     try:
         with (
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(err),
-            mock.patch.object(engine.subprocess, "run", lambda *_, **__: done),
+            mock.patch.object(engine, "run_python", lambda _: 0),
             mock.patch("builtins.input", side_effect=EOFError),
         ):
             status = millprint(words)

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -33,11 +32,11 @@ def ran(monkeypatch) -> list[list[str]]:
     """The commands that would have run, without the Python that runs them."""
     commands: list[list[str]] = []
 
-    def started(words: list[str]) -> SimpleNamespace:
-        commands.append(words[1:])
-        return SimpleNamespace(wait=lambda: 0, returncode=0)
+    def run(words: list[str]) -> int:
+        commands.append(words)
+        return 0
 
-    monkeypatch.setattr(engine.subprocess, "Popen", started)
+    monkeypatch.setattr(engine, "run_python", run)
     return commands
 
 

@@ -5,7 +5,6 @@ import io
 import re
 import shlex
 import shutil
-import subprocess
 from pathlib import Path
 from unittest.mock import patch
 
@@ -43,11 +42,11 @@ def run_line(line: str, project: Path) -> str:
         assert done.returncode == 0, f"{line}\n{done.stdout[-3000:]}"
         return done.stdout
 
-    def forked(command: list[str], check: bool) -> subprocess.CompletedProcess:
-        return run_snakemake(project, *command[3:], timeout=300)
+    def forked(command: list[str]) -> int:
+        return run_snakemake(project, *command[2:], timeout=300).returncode
 
     printed = io.StringIO()
-    with contextlib.chdir(project), patch.object(engine.subprocess, "run", forked), contextlib.redirect_stdout(printed):
+    with contextlib.chdir(project), patch.object(engine, "run_python", forked), contextlib.redirect_stdout(printed):
         assert program == "millprint" and millprint(words) == 0, line
     return printed.getvalue()
 

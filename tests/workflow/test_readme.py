@@ -93,13 +93,13 @@ def arguments_of(words: list[str], monkeypatch) -> list[list[str]]:
         return [words[1:]]
     started = []
 
-    def run(given: list[str], check: bool = False) -> subprocess.CompletedProcess:
+    def run(given: list[str]) -> int:
         started.append(given[given.index("snakemake") + 1 :])
-        return subprocess.CompletedProcess(given, 0)
+        return 0
 
     # First, since it imports Snakemake, whose plugins start programs.
     monkeypatch.setattr("snakemake.cli.main", lambda given: run(["snakemake", *given]))
-    monkeypatch.setattr(engine.subprocess, "run", run)
+    monkeypatch.setattr(engine, "run_python", run)
     assert millprint(words[1:]) == 0
     monkeypatch.undo()
     return started

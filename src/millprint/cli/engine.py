@@ -93,8 +93,13 @@ def run_workflow(words: Sequence[str]) -> int:
     # Whoever reads what is printed may end first, such as `head`: then Snakemake ends too.
     prints = any(PRINTS.fullmatch(word) for word in words)
     program = ["-c", ENDS_WITH_READER] if prints else ["-m", "snakemake"]
-    status = waited_for(subprocess.Popen([sys.executable, *program, *words]))
+    status = run_python([*program, *words])
     return PIPE if status == -signal.SIGPIPE else status
+
+
+def run_python(words: Sequence[str]) -> int:
+    """Run this Python with some arguments, in this terminal; returns its exit status."""
+    return waited_for(subprocess.Popen([sys.executable, *words]))
 
 
 def waited_for(process: subprocess.Popen) -> int:
