@@ -83,7 +83,7 @@ def known_run() -> dict:
     power = {"normal": 8.0, "tangential": 2.0, "rolling": 2.5, "wall": 12.5}
     error = {"normal": 0.8, "tangential": 0.4}
     turns = {"normal_J": [0.7, 0.9, 0.7, 0.9], "tangential_J": [0.2, 0.2, 0.3, 0.1], "rolling_J": [0.25] * 4}
-    # Over their means, squares are 0.1 above the energies in two turns and 0.1 below in two.
+    # Over their means, normal squares are 0.1 above the energies in two turns and 0.1 below in two.
     squares = {"normal_square_J2": [0.975, 1.225, 0.775, 1.025], "tangential_square_J2": [0.9, 0.9, 1.3, 0.9]}
     return run | {
         "per_revolution": turns | squares,
